@@ -1,0 +1,36 @@
+//! The compensator: what the satellites are told that they feel.
+
+use crate::space::{AxisMotion, Space};
+use crate::time::Step;
+
+mod applied;
+mod hybrid;
+pub use applied::Applied;
+pub use hybrid::{Hybrid, HybridState};
+
+/// Turns a reading and a measured pose into the net force on the satellites.
+pub trait Compensator<S: Space>: Send + Sync {
+    /// What changes from tick to tick.
+    type State: Clone + Send;
+    /// Before the first tick; `period_s` is the loop's.
+    fn start(&self, measured: &S::Motion, period_s: f64) -> Self::State;
+    /// The net force at this tick; positive resists closing.
+    fn feedback(&self, state: &mut Self::State, step: Step, heard: Heard<'_, S>) -> S::Wrench;
+}
+
+/// What a compensator can hear.
+pub struct Heard<'a, S: Space> {
+    /// The newest sample of the force sensor; none before its first.
+    pub sensed: Option<&'a S::Wrench>,
+    /// The newest pose that the robot controller reports.
+    pub measured: &'a S::Motion,
+    /// The force at the interface, for rigs whose mechanics closes the loop.
+    pub interface: &'a S::Wrench,
+    /// The force that drives the rig from outside, if one does.
+    pub applied: S::Wrench,
+}
+
+/// The pitch-dependent weight of a tool along the axis.
+pub(crate) fn weight_along_axis_n(weight_n: f64, measured: &AxisMotion) -> f64 {
+    weight_n * libm::sin(measured.pitch_rad)
+}

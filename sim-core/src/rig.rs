@@ -1,0 +1,121 @@
+//! A rig: which part drives which wire.
+
+use crate::compensator::{Applied, Compensator, Hybrid};
+use crate::contact::{ContactLaw, SpringDashpot};
+use crate::force_sensor::{AxisCell, ForceSensor, SensorNoise};
+use crate::geometry::{Geometry, Plane};
+use crate::link::Link;
+use crate::plant::{Plant, PointMass};
+use crate::readout::Readout;
+use crate::robot::{Rigid, Robot, StraightLine};
+use crate::space::{Axis, Space};
+
+/// One part for each wire; static dispatch, so that the compiler checks the wiring.
+pub trait Rig<S: Space>: Send + Sync {
+    /// Satellites, or whatever is pushed.
+    type Plant: Plant<S>;
+    /// Robot.
+    type Robot: Robot<S>;
+    /// Geometry of the interfaces.
+    type Geometry: Geometry<S>;
+    /// Contact law.
+    type Law: ContactLaw<S>;
+    /// Force sensor.
+    type Sensor: ForceSensor<S>;
+    /// Compensator.
+    type Compensator: Compensator<S>;
+
+    /// See [`Plant`].
+    fn plant(&self) -> &Self::Plant;
+    /// See [`Link`].
+    fn link(&self) -> &Link;
+    /// See [`Robot`].
+    fn robot(&self) -> &Self::Robot;
+    /// See [`Readout`].
+    fn readout(&self) -> &Readout;
+    /// See [`Geometry`].
+    fn geometry(&self) -> &Self::Geometry;
+    /// See [`ContactLaw`].
+    fn law(&self) -> &Self::Law;
+    /// See [`ForceSensor`].
+    fn sensor(&self) -> &Self::Sensor;
+    /// See [`Compensator`].
+    fn compensator(&self) -> &Self::Compensator;
+}
+
+/// A docking cell along one axis: satellites in software, a robot, a device in contact, a force sensor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DockingAxis {
+    /// Satellites.
+    pub plant: PointMass,
+    /// Link.
+    pub link: Link,
+    /// Robot.
+    pub robot: StraightLine,
+    /// Read-back.
+    pub readout: Readout,
+    /// Device.
+    pub law: SpringDashpot,
+    /// Sensor.
+    pub sensor: AxisCell,
+    /// Noise of the sensor, in the loop and in the log.
+    pub noise: SensorNoise,
+    /// Compensator.
+    pub compensator: Hybrid,
+}
+
+/// An axis that a known force drives: no satellites, no robot, no sensor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DriveAxis {
+    /// The moving mass.
+    pub plant: PointMass,
+    /// No delay.
+    pub link: Link,
+    /// Read-back.
+    pub readout: Readout,
+    /// Bearing and spring: two-sided.
+    pub law: SpringDashpot,
+    /// Reads nothing that matters.
+    pub sensor: AxisCell,
+}
+
+macro_rules! parts {
+    ($rig:ty, $robot:ty, $compensator:ty, $self:ident, $robot_of:expr, $compensator_of:expr) => {
+        impl Rig<Axis> for $rig {
+            type Plant = PointMass;
+            type Robot = $robot;
+            type Geometry = Plane;
+            type Law = SpringDashpot;
+            type Sensor = AxisCell;
+            type Compensator = $compensator;
+
+            fn plant(&self) -> &PointMass {
+                &self.plant
+            }
+            fn link(&self) -> &Link {
+                &self.link
+            }
+            fn robot(&$self) -> &$robot {
+                $robot_of
+            }
+            fn readout(&self) -> &Readout {
+                &self.readout
+            }
+            fn geometry(&self) -> &Plane {
+                &Plane
+            }
+            fn law(&self) -> &SpringDashpot {
+                &self.law
+            }
+            fn sensor(&self) -> &AxisCell {
+                &self.sensor
+            }
+            fn compensator(&$self) -> &$compensator {
+                $compensator_of
+            }
+        }
+    };
+}
+
+parts!(DockingAxis, StraightLine, Hybrid, self, &self.robot, &self.compensator);
+parts!(DriveAxis, Rigid, Applied, self, &Rigid, &Applied);

@@ -1,0 +1,3 @@
+//! Where the loop with a delay is stable.
+
+pub mod exact;
