@@ -20,7 +20,7 @@ impl Nanos {
 
     /// Whether a clock of this `period`, first ticking at `phase`, ticks now.
     pub fn ticks(self, period: Nanos, phase: Nanos) -> bool {
-        period.0 > 0 && (self.0 - phase.0).rem_euclid(period.0) == 0
+        period.0 > 0 && self >= phase && (self.0 - phase.0) % period.0 == 0
     }
 }
 

@@ -1,0 +1,178 @@
+//! The blocks of the loop with their inputs clamped to a recording: what a model says of each wire, with no feedback to blur it.
+//!
+//! The path of the robot follows from the recorded command, the reading of the sensor from that path. A fit that changes only
+//! the contact keeps the path that it has.
+
+use crate::case::Case;
+use crate::model::{Chosen, Model};
+use sim_core::closed_loop::{Clamps, ClosedLoop, Start};
+use sim_core::compensator::Hybrid;
+use sim_core::contact::{Sides, SpringDashpot};
+use sim_core::effect::{Attached, Rates};
+use sim_core::force_sensor::{AxisCell, SensorNoise};
+use sim_core::link::Link;
+use sim_core::plant::PointMass;
+use sim_core::readout::Readout;
+use sim_core::rig::{DockingAxis, DriveAxis};
+use sim_core::rng::Streams;
+use sim_core::robot::StraightLine;
+use sim_core::signals::{Received, Wire};
+use sim_core::space::{Axis, AxisMotion};
+use sim_core::time::Nanos;
+use sim_core::trace::{Columns, Trace};
+
+/// Standard gravity, as the recordings declare it.
+pub const GRAVITY_M_PER_S2: f64 = 9.80665;
+
+/// The values that every model has, effects or not.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Base {
+    /// Mass, for a drive; a docking cell takes it from the recording.
+    pub mass_kg: f64,
+    /// Stiffness.
+    pub stiffness_n_per_m: f64,
+    /// Damping.
+    pub damping_n_s_per_m: f64,
+    /// A constant force that resists positive motion.
+    pub offset_n: f64,
+}
+
+impl Base {
+    /// The model's own.
+    pub fn of(model: &Model) -> Self {
+        Base {
+            mass_kg: model.plant.mass_kg,
+            stiffness_n_per_m: model.contact.stiffness_n_per_m,
+            damping_n_s_per_m: model.contact.damping_n_s_per_m,
+            offset_n: model.contact.offset_n,
+        }
+    }
+}
+
+/// The rig of a docking cell with these base values and this mass.
+pub fn docking_rig(model: &Model, base: &Base, mass_kg: f64) -> DockingAxis {
+    let weight_n = model.sensor.tool_mass_kg * GRAVITY_M_PER_S2;
+    DockingAxis {
+        plant: PointMass { mass_kg },
+        link: Link { dead_time_s: model.timing.command_delay_s },
+        robot: StraightLine { corner_s: model.timing.loop_period_s, averaging_s: 2.0 * model.timing.sensor_period_s },
+        readout: Readout { delay_s: model.timing.measurement_delay_s },
+        law: SpringDashpot {
+            stiffness_n_per_m: base.stiffness_n_per_m,
+            damping_n_s_per_m: base.damping_n_s_per_m,
+            sides: Sides::One,
+        },
+        sensor: AxisCell { tool_weight_n: weight_n, bias_n: model.sensor.bias_n },
+        noise: SensorNoise::NONE,
+        compensator: Hybrid {
+            bias_n: model.sensor.bias_n,
+            tool_weight_n: weight_n,
+            virtual_stiffness_n_per_m: model.virtual_contact.stiffness_n_per_m,
+            virtual_damping_n_s_per_m: model.virtual_contact.damping_n_s_per_m,
+            dead_band_n: model.virtual_contact.dead_band_n,
+        },
+    }
+}
+
+/// The rig of a driven axis.
+pub fn drive_rig(base: &Base) -> DriveAxis {
+    DriveAxis {
+        plant: PointMass { mass_kg: base.mass_kg },
+        link: Link { dead_time_s: 0.0 },
+        readout: Readout { delay_s: 0.0 },
+        law: SpringDashpot {
+            stiffness_n_per_m: base.stiffness_n_per_m,
+            damping_n_s_per_m: base.damping_n_s_per_m,
+            sides: Sides::Two,
+        },
+        sensor: AxisCell { tool_weight_n: 0.0, bias_n: 0.0 },
+    }
+}
+
+/// Whether an effect changes the robot's path or its report.
+pub fn is_on_path(wires: &[Wire]) -> bool {
+    wires.iter().any(|wire| matches!(wire, Wire::Received | Wire::Achieved | Wire::Measured))
+}
+
+/// Whether an effect changes the force.
+pub fn is_on_force(wires: &[Wire]) -> bool {
+    wires.iter().any(|wire| matches!(wire, Wire::Touch | Wire::Contact | Wire::Sensed | Wire::Recorder))
+}
+
+fn attached(effects: &[Chosen], on: fn(&[Wire]) -> bool) -> Vec<Attached<Axis>> {
+    effects.iter().filter(|chosen| on(&chosen.kind.wires)).map(Chosen::attach).collect()
+}
+
+fn start(case: &Case) -> Start<Axis> {
+    // Blocks with clamped inputs are free of randomness: the seed is never drawn from, except by an effect that is random.
+    Start { first: case.first, from: Nanos(0), until: case.until, noise: SensorNoise::NONE, streams: Streams::new(0) }
+}
+
+/// The robot's path under the recorded commands.
+#[derive(Debug, Clone, Default)]
+pub struct Path {
+    /// Achieved motion at each physics step.
+    pub achieved: Vec<AxisMotion>,
+    /// Reported position at each tick of the loop.
+    pub measured_m: Vec<f64>,
+}
+
+/// The path block: recorded command in, achieved and reported pose out. `received` clamps a decoded loss or jitter.
+pub fn path(model: &Model, case: &Case, effects: &[Chosen], received: Option<&[Received<Axis>]>) -> Path {
+    let rig = docking_rig(model, &Base::of(model), case.mass_kg);
+    let attached = attached(effects, is_on_path);
+    let mut trace = Trace::default();
+    let clamps = Clamps { commanded: Some(&case.commanded), received, ..Clamps::default() };
+    let columns = Columns { loop_ticks: true, sensor_ticks: false, achieved: true, measured: false };
+    ClosedLoop::new(&rig, &attached, case.rates).run(&start(case), &clamps, columns, &mut trace);
+    let measured_m = trace.measured.iter().map(|motion| motion.position_m).collect();
+    Path { achieved: trace.achieved, measured_m }
+}
+
+/// The force block: achieved motion in, reading out, one for each tick of the sensor, without noise.
+pub fn force(model: &Model, case: &Case, path: &Path, base: &Base, effects: &[Chosen], trace: &mut Trace<Axis>) -> Vec<f64> {
+    let rig = docking_rig(model, base, case.mass_kg);
+    let attached = attached(effects, is_on_force);
+    trace.clear();
+    let clamps = Clamps { achieved: Some(&path.achieved), ..Clamps::default() };
+    ClosedLoop::new(&rig, &attached, case.rates).run(&start(case), &clamps, Columns::FORCE, trace);
+    let late_s: f64 = attached.iter().map(|attached| attached.effect.stamp_offset_s()).sum();
+    stamped(&trace.sensed, late_s / case.rates.sensor_period.seconds())
+}
+
+/// The samples as the recorder stamps them: `late` sample periods late, on the straight line between two samples.
+fn stamped(samples: &[f64], late: f64) -> Vec<f64> {
+    if late == 0.0 {
+        return samples.to_vec();
+    }
+    let last = samples.len() as f64 - 1.0;
+    let at = |tick: usize| {
+        let place = (tick as f64 - late).clamp(0.0, last);
+        let whole = libm::floor(place) as usize;
+        let next = samples[(whole + 1).min(samples.len() - 1)];
+        samples[whole] + (next - samples[whole]) * (place - whole as f64)
+    };
+    (0..samples.len()).map(at).collect()
+}
+
+/// The drive: applied force in, position out, one for each tick, from this motion on.
+pub fn drive(
+    case: &Case,
+    span: std::ops::Range<usize>,
+    first: AxisMotion,
+    base: &Base,
+    effects: &[Chosen],
+    trace: &mut Trace<Axis>,
+) -> Vec<f64> {
+    let rig = drive_rig(base);
+    let attached: Vec<Attached<Axis>> = effects.iter().map(Chosen::attach).collect();
+    let applied: Vec<f64> = case.applied_n[span.clone()].iter().map(|force_n| force_n - base.offset_n).collect();
+    let rates = Rates { sensor_phase: Nanos(i64::MAX / 2 / case.rates.physics_step.0 * case.rates.physics_step.0), ..case.rates };
+    let until = Nanos(span.len() as i64 * rates.loop_period.0);
+    let start = Start { first, from: Nanos(0), until, noise: SensorNoise::NONE, streams: Streams::new(0) };
+    let columns = Columns { loop_ticks: true, sensor_ticks: false, achieved: false, measured: false };
+    trace.clear();
+    let clamps = Clamps { applied: Some(&applied), ..Clamps::default() };
+    ClosedLoop::new(&rig, &attached, rates).run(&start, &clamps, columns, trace);
+    trace.commanded.iter().map(|motion| motion.position_m).collect()
+}

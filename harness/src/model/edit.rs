@@ -1,0 +1,118 @@
+//! Edits a model file in place and keeps its comments.
+
+use super::{Model, unknown_effect};
+use crate::error::Error;
+use sim_core::effect::Catalog;
+use sim_core::space::Axis;
+use std::path::{Path, PathBuf};
+use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, value};
+
+/// One effect as it was typed: `id` or `id:param=value,param=value`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EffectText {
+    /// Which effect.
+    pub id: String,
+    /// The values that were given.
+    pub values: Vec<(String, f64)>,
+}
+
+impl EffectText {
+    /// Reads `id[:param=value[,param=value…]]` and checks it against the catalogue.
+    pub fn parse(text: &str, catalog: &Catalog<Axis>) -> Result<Self, Error> {
+        let (id, rest) = text.split_once(':').unwrap_or((text, ""));
+        let kind = catalog
+            .get(id)
+            .ok_or_else(|| Error::new(unknown_effect(id, catalog)).place(format!("argument {text:?}")).help("see all of them with: dockhil effect list"))?;
+        let mut values = Vec::new();
+        for pair in rest.split([',', ':']).filter(|pair| !pair.is_empty()) {
+            let names = || kind.params.iter().map(|param| param.name.as_ref()).collect::<Vec<_>>().join(", ");
+            let bad = |what: String, help: String| Error::new(what).place(format!("argument {text:?}")).help(help);
+            let (name, number) =
+                pair.split_once('=').ok_or_else(|| bad(format!("{pair:?} is not param=value"), format!("the parameters of {id} are: {}", names())))?;
+            let param = kind
+                .params
+                .iter()
+                .find(|param| param.name == name)
+                .ok_or_else(|| bad(format!("effect {id} has no parameter {name}"), format!("its parameters are: {}", names())))?;
+            let number: f64 = number
+                .parse()
+                .map_err(|_| bad(format!("{number:?} is not a number"), format!("give {name} in {}", param.unit)))?;
+            if !(number >= param.lower && number <= param.upper) {
+                let limits = format!("{name} = {number} {} is outside [{}, {}]", param.unit, param.lower, param.upper);
+                return Err(bad(limits, "give a value inside".into()));
+            }
+            values.push((name.to_string(), number));
+        }
+        Ok(EffectText { id: id.to_string(), values })
+    }
+}
+
+/// A model file that is being edited.
+pub struct Editor {
+    path: PathBuf,
+    document: DocumentMut,
+}
+
+impl Editor {
+    /// Opens a model file; it must be valid before it is edited.
+    pub fn open(path: &Path, catalog: &Catalog<Axis>) -> Result<Self, Error> {
+        Model::read(path, catalog)?;
+        let text = std::fs::read_to_string(path).map_err(|error| Error::new(error.to_string()).file(path))?;
+        let document = text.parse::<DocumentMut>().map_err(|error| Error::new(error.to_string()).file(path))?;
+        Ok(Editor { path: path.to_path_buf(), document })
+    }
+
+    /// The ids of the effects in the file.
+    pub fn effects(&self) -> Vec<String> {
+        let tables = self.document.get("effect").and_then(Item::as_array_of_tables);
+        let id = |table: &Table| table.get("id").and_then(Item::as_str).unwrap_or_default().to_string();
+        tables.map(|tables| tables.iter().map(id).collect()).unwrap_or_default()
+    }
+
+    /// Adds an effect, or sets the values of one that is there.
+    pub fn set(&mut self, id: &str, values: &[(String, f64)], source: &str) {
+        let tables = self.document.entry("effect").or_insert(Item::ArrayOfTables(ArrayOfTables::new()));
+        let Some(tables) = tables.as_array_of_tables_mut() else { return };
+        let is_this = |table: &Table| table.get("id").and_then(Item::as_str) == Some(id);
+        if !tables.iter().any(is_this) {
+            let mut table = Table::new();
+            table["id"] = value(id);
+            tables.push(table);
+        }
+        if let Some(table) = tables.iter_mut().find(|table| is_this(table)) {
+            for (name, number) in values {
+                table[name] = value(*number);
+            }
+            table["source"] = value(source);
+        }
+    }
+
+    /// Takes an effect out; says whether it was there.
+    pub fn remove(&mut self, id: &str) -> bool {
+        let Some(tables) = self.document.get_mut("effect").and_then(Item::as_array_of_tables_mut) else { return false };
+        let before = tables.len();
+        tables.retain(|table| table.get("id").and_then(Item::as_str) != Some(id));
+        let removed = tables.len() < before;
+        if tables.is_empty() {
+            self.document.remove("effect");
+        }
+        removed
+    }
+
+    /// Sets a base value, as `contact.stiffness_n_per_m`.
+    pub fn set_base(&mut self, table: &str, key: &str, number: f64) {
+        self.document[table][key] = value(number);
+    }
+
+    /// The text as it would be saved.
+    pub fn text(&self) -> String {
+        self.document.to_string()
+    }
+
+    /// Saves, all or nothing.
+    pub fn save(&self, catalog: &Catalog<Axis>) -> Result<(), Error> {
+        let text = self.text();
+        Model::parse(&self.path.display().to_string(), &text, catalog)?;
+        crate::files::write_whole(&self.path, text.as_bytes())
+    }
+}

@@ -1,0 +1,364 @@
+//! The model file: what we believe of the rig, and which effects we added to it.
+//!
+//! TOML, units in the keys, unknown keys refused with their place. Each effect is one table and says where its numbers come
+//! from. `dockhil model init` writes the nominal model from a recording's own `session` record.
+
+use crate::error::Error;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use sim_core::effect::{Attached, Catalog, Kind, Where};
+use sim_core::space::Axis;
+use std::path::Path;
+
+mod edit;
+mod init;
+mod schema;
+pub use edit::{EffectText, Editor};
+pub use init::from_session;
+pub use schema::schema;
+
+/// A whole model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Model {
+    /// Version of this format.
+    pub schema: u32,
+    /// What the model is called in reports.
+    pub name: String,
+    /// What kind of rig it is.
+    pub rig: RigKind,
+    /// What moves.
+    pub plant: PlantModel,
+    /// The device in contact, or the bearing of a drive.
+    pub contact: ContactModel,
+    /// Delays and clocks.
+    #[serde(default)]
+    pub timing: TimingModel,
+    /// The virtual contact in software.
+    #[serde(default)]
+    pub virtual_contact: VirtualContactModel,
+    /// The force sensor and its tool.
+    #[serde(default)]
+    pub sensor: SensorModel,
+    /// Read-out noise of the pose.
+    #[serde(default)]
+    pub readout: ReadoutModel,
+    /// How well a run repeats another one.
+    #[serde(default)]
+    pub repeatability: Repeatability,
+    /// What was added to the nominal model.
+    #[serde(default, rename = "effect", skip_serializing_if = "Vec::is_empty")]
+    pub effects: Vec<EffectModel>,
+}
+
+/// The kind of rig.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum RigKind {
+    /// A docking cell: satellites in software, a robot, a device, a force sensor.
+    Docking,
+    /// An axis that a known force drives.
+    Drive,
+}
+
+/// What moves.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PlantModel {
+    /// Reduced mass of the satellites, or the moving mass of a drive. A recording's own record holds where it differs.
+    pub mass_kg: f64,
+}
+
+/// The device in contact.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ContactModel {
+    /// Stiffness.
+    pub stiffness_n_per_m: f64,
+    /// Damping.
+    pub damping_n_s_per_m: f64,
+    /// A constant force that resists positive motion: the offset of a drive.
+    #[serde(default)]
+    pub offset_n: f64,
+}
+
+/// Delays and clocks.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct TimingModel {
+    /// From a command to the pose.
+    pub command_delay_s: f64,
+    /// From the pose to its report.
+    pub measurement_delay_s: f64,
+    /// Period of satellites and link.
+    pub loop_period_s: f64,
+    /// Period of the force sensor.
+    pub sensor_period_s: f64,
+    /// Physics step; divides every period.
+    pub physics_step_s: f64,
+}
+
+impl Default for TimingModel {
+    fn default() -> Self {
+        TimingModel {
+            command_delay_s: 0.0,
+            measurement_delay_s: 0.0,
+            loop_period_s: 0.004,
+            sensor_period_s: 0.001,
+            physics_step_s: 0.001,
+        }
+    }
+}
+
+/// The virtual contact.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct VirtualContactModel {
+    /// Virtual stiffness.
+    pub stiffness_n_per_m: f64,
+    /// Virtual damping.
+    pub damping_n_s_per_m: f64,
+    /// Below this force, and without penetration, the force counts as zero.
+    pub dead_band_n: f64,
+}
+
+/// The force sensor and its tool, along the axis.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SensorModel {
+    /// Mass of the declared tool.
+    pub tool_mass_kg: f64,
+    /// Known bias along the axis.
+    pub bias_n: f64,
+    /// Standard deviation of the white noise; a static recording overrides it.
+    pub white_sigma_n: f64,
+    /// Standard deviation of the slow noise; a static recording overrides it.
+    pub slow_sigma_n: f64,
+}
+
+/// Read-out noise of the pose.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ReadoutModel {
+    /// Standard deviation of the position.
+    pub position_sigma_m: f64,
+}
+
+/// Declared repeatability from run to run, one standard deviation.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Repeatability {
+    /// Of the stiffness, relative.
+    pub stiffness_ratio: f64,
+    /// Of the damping, relative.
+    pub damping_ratio: f64,
+    /// Of the force's offset.
+    pub force_offset_n: f64,
+    /// Of the approach speed, relative.
+    pub approach_speed_ratio: f64,
+}
+
+impl Default for Repeatability {
+    fn default() -> Self {
+        Repeatability { stiffness_ratio: 0.01, damping_ratio: 0.03, force_offset_n: 0.03, approach_speed_ratio: 0.01 }
+    }
+}
+
+/// One effect that was added.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct EffectModel {
+    /// Which effect.
+    pub id: String,
+    /// Whether it takes part.
+    #[serde(default = "yes")]
+    pub enabled: bool,
+    /// Where its numbers come from.
+    #[serde(default)]
+    pub source: String,
+    /// Its parameters, by name.
+    #[serde(flatten)]
+    pub values: std::collections::BTreeMap<String, f64>,
+}
+
+fn yes() -> bool {
+    true
+}
+
+/// A catalogue entry together with its values.
+#[derive(Debug, Clone)]
+pub struct Chosen {
+    /// The entry.
+    pub kind: Kind<Axis>,
+    /// One value for each of its parameters.
+    pub values: Vec<f64>,
+}
+
+impl Chosen {
+    /// With every parameter at its first start.
+    pub fn at_start(kind: &Kind<Axis>) -> Self {
+        Chosen { kind: kind.clone(), values: kind.params.iter().map(|param| param.starts[0]).collect() }
+    }
+
+    /// Ready to run.
+    pub fn attach(&self) -> Attached<Axis> {
+        self.kind.attach(&self.values)
+    }
+}
+
+impl Model {
+    /// Reads a model file.
+    pub fn read(path: &Path, catalog: &Catalog<Axis>) -> Result<Self, Error> {
+        let text = std::fs::read_to_string(path).map_err(|error| {
+            Error::new(format!("cannot read the model: {error}")).file(path).help(
+                "check the path, or write a nominal model with: dockhil model init RECORDING.mcap -o MODEL.toml",
+            )
+        })?;
+        Model::parse(&path.display().to_string(), &text, catalog)
+    }
+
+    /// Reads a model from text; `name` stands in errors.
+    pub fn parse(name: &str, text: &str, catalog: &Catalog<Axis>) -> Result<Self, Error> {
+        let model: Model = toml::from_str(text).map_err(|error| {
+            let span = error.span().unwrap_or(0..0);
+            Error::new(error.message().replace('\n', " ")).file(name).span(text, span).help(
+                "see the keys that are known with: dockhil model schema",
+            )
+        })?;
+        model.check(name, text, catalog)?;
+        Ok(model)
+    }
+
+    /// The effects that take part, in the order of the file.
+    pub fn chosen(&self, catalog: &Catalog<Axis>) -> Vec<Chosen> {
+        let enabled = self.effects.iter().filter(|effect| effect.enabled);
+        enabled.filter_map(|effect| catalog.get(&effect.id).map(|kind| effect.chosen(kind))).collect()
+    }
+
+    fn check(&self, name: &str, text: &str, catalog: &Catalog<Axis>) -> Result<(), Error> {
+        let refuse = |key: &str, value: f64, limit: &str, help: &str| {
+            let span = key_span(text, key.rsplit('.').next().unwrap_or(key));
+            Err(Error::new(format!("{key} = {value} {limit}")).file(name).span(text, span).help(help.to_string()))
+        };
+        if self.schema != 1 {
+            return refuse("schema", f64::from(self.schema), "is not 1, the only version there is", "set schema = 1");
+        }
+        let timing = &self.timing;
+        let positive = [
+            ("plant.mass_kg", self.plant.mass_kg),
+            ("timing.loop_period_s", timing.loop_period_s),
+            ("timing.sensor_period_s", timing.sensor_period_s),
+            ("timing.physics_step_s", timing.physics_step_s),
+        ];
+        for (key, value) in positive {
+            if !(value.is_finite() && value > 0.0) {
+                return refuse(key, value, "is not above 0", "give a positive number in the unit of the key");
+            }
+        }
+        let not_negative = [
+            ("contact.stiffness_n_per_m", self.contact.stiffness_n_per_m),
+            ("timing.command_delay_s", timing.command_delay_s),
+            ("timing.measurement_delay_s", timing.measurement_delay_s),
+            ("sensor.tool_mass_kg", self.sensor.tool_mass_kg),
+            ("repeatability.stiffness_ratio", self.repeatability.stiffness_ratio),
+            ("repeatability.force_offset_n", self.repeatability.force_offset_n),
+        ];
+        for (key, value) in not_negative {
+            if !(value.is_finite() && value >= 0.0) {
+                return refuse(key, value, "is below 0", "give zero or a positive number in the unit of the key");
+            }
+        }
+        if self.rig == RigKind::Docking && timing.command_delay_s < timing.loop_period_s {
+            let limit = format!("is shorter than one loop period, {} s", timing.loop_period_s);
+            return refuse(
+                "timing.command_delay_s",
+                timing.command_delay_s,
+                &limit,
+                "the robot draws a straight line to a command that it must know: give at least one loop period",
+            );
+        }
+        for (key, period_s) in [("timing.loop_period_s", timing.loop_period_s), ("timing.sensor_period_s", timing.sensor_period_s)]
+        {
+            let ratio = period_s / timing.physics_step_s;
+            if (ratio - ratio.round()).abs() > 1e-6 {
+                let limit = format!("is not a whole number of physics steps of {} s", timing.physics_step_s);
+                return refuse(key, period_s, &limit, "choose a physics_step_s that divides every period");
+            }
+        }
+        for effect in &self.effects {
+            self.check_effect(effect, name, text, catalog)?;
+        }
+        Ok(())
+    }
+
+    fn check_effect(&self, effect: &EffectModel, name: &str, text: &str, catalog: &Catalog<Axis>) -> Result<(), Error> {
+        let at = |what: String, key: &str, help: String| {
+            Err(Error::new(what).file(name).span(text, key_span(text, key)).help(help))
+        };
+        let Some(kind) = catalog.get(&effect.id) else {
+            return at(unknown_effect(&effect.id, catalog), &effect.id, "see all of them with: dockhil effect list".into());
+        };
+        let fits = match self.rig {
+            RigKind::Docking => kind.rigs != Where::Drive,
+            RigKind::Drive => kind.rigs != Where::Docking,
+        };
+        if !fits {
+            let what = format!("effect {} cannot happen on this rig", effect.id);
+            return at(what, &effect.id, "see the rigs of each effect with: dockhil effect list".into());
+        }
+        let known: Vec<&str> = kind.params.iter().map(|param| param.name.as_ref()).collect();
+        if let Some(key) = effect.values.keys().find(|key| !known.contains(&key.as_str())) {
+            let what = format!("effect {} has no parameter {key}", effect.id);
+            return at(what, key, format!("its parameters are: {}", known.join(", ")));
+        }
+        for param in &kind.params {
+            let Some(&value) = effect.values.get(param.name.as_ref()) else {
+                let what = format!("effect {} lacks its parameter {}", effect.id, param.name);
+                return at(what, &effect.id, format!("add {} = a number in {}", param.name, param.unit));
+            };
+            if !(value >= param.lower && value <= param.upper) {
+                let what =
+                    format!("{}.{} = {value} {} is outside [{}, {}]", effect.id, param.name, param.unit, param.lower, param.upper);
+                return at(what, &param.name, "give a value inside, or remove the effect".into());
+            }
+        }
+        Ok(())
+    }
+}
+
+impl EffectModel {
+    /// With the values of this table.
+    fn chosen(&self, kind: &Kind<Axis>) -> Chosen {
+        let value = |name: &str, off: f64| self.values.get(name).copied().unwrap_or(off);
+        Chosen { kind: kind.clone(), values: kind.params.iter().map(|param| value(&param.name, param.off)).collect() }
+    }
+}
+
+/// 'Unknown effect x; did you mean y?'
+pub fn unknown_effect(id: &str, catalog: &Catalog<Axis>) -> String {
+    let near = catalog.kinds().iter().map(|kind| (distance(id, &kind.id), &kind.id)).min();
+    match near {
+        Some((edits, other)) if edits <= id.len() / 2 => format!("unknown effect {id}; did you mean {other}?"),
+        _ => format!("unknown effect {id}"),
+    }
+}
+
+/// Levenshtein distance: how many letters differ.
+fn distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, letter) in a.chars().enumerate() {
+        let mut corner = row[0];
+        row[0] = i + 1;
+        for (j, other) in b.iter().enumerate() {
+            let changed = corner + usize::from(letter != *other);
+            corner = row[j + 1];
+            row[j + 1] = changed.min(row[j] + 1).min(corner + 1);
+        }
+    }
+    row[b.len()]
+}
+
+/// Where a key or a value first stands in the text.
+fn key_span(text: &str, key: &str) -> std::ops::Range<usize> {
+    text.find(key).map_or(0..0, |from| from..from + key.len())
+}
