@@ -14,4 +14,27 @@ macro_rules! catalogue {
     };
 }
 
-catalogue![command_delay, coulomb_friction, stiffness_hardening];
+catalogue![
+    asymmetric_damping,
+    clock_offset,
+    command_delay,
+    command_jitter,
+    command_loss,
+    contact_gap,
+    contact_preload,
+    coulomb_friction,
+    end_stop,
+    force_bias,
+    force_bias_drift,
+    force_delay,
+    force_lag,
+    force_scale,
+    hunt_crossley,
+    hysteresis,
+    maxwell_branch,
+    measurement_delay,
+    robot_second_order,
+    stiffness_hardening,
+    stiffness_power_law,
+    tool_inertia,
+];
