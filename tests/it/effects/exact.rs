@@ -44,9 +44,19 @@ impl Bench {
         out
     }
 
+    fn measured(&mut self, mut out: AxisMotion) -> AxisMotion {
+        self.step(|attached, context| attached.effect.measured(context, &Signals::default(), &mut out));
+        out
+    }
+
     fn contact(&mut self, depth_m: f64) -> f64 {
-        let mut out = ContactForce::<Axis>::default();
-        let seen = Signals { touch: AxisTouch { depth_m, rate_m_per_s: 0.0 }, ..Signals::default() };
+        self.added(AxisTouch { depth_m, rate_m_per_s: 0.0 }, 0.0)
+    }
+
+    /// What it makes of an elastic force at this penetration.
+    fn added(&mut self, touch: AxisTouch, elastic: f64) -> f64 {
+        let mut out = ContactForce::<Axis> { elastic, dissipative: 0.0 };
+        let seen = Signals { touch, ..Signals::default() };
         self.step(|attached, context| attached.effect.contact(context, &seen, &mut out));
         out.total()
     }
@@ -238,5 +248,55 @@ fn maxwell_branch_follows_a_ramp() {
         // Errors of some ulps live for τ / Δt steps.
         let limit = 16.0 * f64::EPSILON * (tau / DT_S) * stiffness * speed * tau;
         assert!((is - should).abs() <= limit, "{t} s: {is} N, not {should}");
+    }
+}
+
+/// Effect, parameters, depth in m, rate in m/s: what becomes of a nominal 2 N, by hand.
+const CONTACT: &[(&str, &[f64], f64, f64, f64)] = &[
+    ("asymmetric-damping", &[10.0], 0.004, -0.02, 1.8),
+    ("asymmetric-damping", &[10.0], 0.004, 0.02, 2.0),
+    ("asymmetric-damping", &[10.0], -0.004, -0.02, 1.8),
+    ("contact-preload", &[0.5], 1e-6, 0.02, 2.5),
+    ("contact-preload", &[0.5], 0.0, 0.02, 2.0),
+    ("coulomb-friction", &[0.3], 0.004, 0.05, 2.3),
+    ("coulomb-friction", &[0.3], 0.004, -0.05, 1.7),
+    ("end-stop", &[0.003, 2e3], 0.002, 0.02, 2.0),
+    ("end-stop", &[0.003, 2e3], 0.004, 0.02, 4.0),
+    ("hunt-crossley", &[1e3], 0.004, 0.02, 2.08),
+    ("hunt-crossley", &[1e3], 0.008, -0.02, 1.84),
+    ("hunt-crossley", &[1e3], -0.004, 0.02, 2.0),
+    ("stiffness-hardening", &[3e6], 0.01, 0.02, 5.0),
+    ("stiffness-power-law", &[2.0], 0.0005, 0.02, 0.2),
+    ("stiffness-power-law", &[1.5], 0.02, 0.02, 4.0),
+    ("stiffness-power-law", &[2.0], -0.001, 0.02, 2.0),
+];
+
+#[test]
+fn contact_terms_are_their_formulas() {
+    for &(id, values, depth_m, rate_m_per_s, should) in CONTACT {
+        let is = Bench::new(id, values).added(AxisTouch { depth_m, rate_m_per_s }, 2.0);
+        // A handful of products and one sum.
+        assert!(
+            (is - should).abs() <= 8.0 * f64::EPSILON * 5.0,
+            "{id} {values:?} at {depth_m} m: {is} N, not {should}"
+        );
+    }
+}
+
+#[test]
+fn measurement_delay_begins_on_the_line() {
+    for delay_s in [0.003, 0.00325, -0.003] {
+        let mut bench = Bench::new("measurement-delay", &[delay_s]);
+        for i in 0..100 {
+            let at = |t: f64| AxisMotion {
+                pitch_rad: 0.1 - 0.2 * t,
+                pitch_rate_rad_per_s: -0.2,
+                ..AxisMotion::moving(-0.02 + 0.035 * t, 0.035)
+            };
+            let (is, should) = (bench.measured(at(f64::from(i) * DT_S)), at(f64::from(i) * DT_S - delay_s));
+            let limit = 8.0 * f64::EPSILON * 0.1;
+            assert!((is.position_m - should.position_m).abs() <= limit, "{delay_s} s, step {i}: {} m", is.position_m);
+            assert!((is.pitch_rad - should.pitch_rad).abs() <= limit, "{delay_s} s, step {i}: {} rad", is.pitch_rad);
+        }
     }
 }
