@@ -1,1 +1,11 @@
-//! Harness.
+//! From a recording to a verdict: compare a model with measurements, find the effect that is missing, add it, watch the error
+//! fall.
+#![warn(missing_docs)]
+
+pub mod blocks;
+pub mod case;
+pub mod diagnose;
+pub mod error;
+pub mod files;
+pub mod model;
+pub mod recording;

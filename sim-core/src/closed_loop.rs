@@ -141,7 +141,11 @@ where
                 let step = Step { index: loop_index as u64, now, dt: rates.loop_period };
                 self.receive(step, clamps, &mut memories, &mut signals);
                 let due_s = self.rig.link().due_s(now, &signals.received);
-                self.rig.robot().accept(&mut robot, due_s, &signals.received.motion);
+                if loop_index == 0 {
+                    robot = self.rig.robot().start(&signals.received.motion, due_s);
+                } else {
+                    self.rig.robot().accept(&mut robot, due_s, &signals.received.motion);
+                }
             }
             let step = Step { index: index as u64, now, dt: rates.physics_step };
             match clamps.achieved {
@@ -150,6 +154,10 @@ where
                     signals.achieved = self.rig.robot().motion(&mut robot, now.seconds());
                     self.rewrite(1, step, &mut memories, &mut signals);
                 }
+            }
+            if index == 0 {
+                // Only now is it known what the effects make of the first pose.
+                history = History::new(&signals.achieved, self.rig.readout().delay_s, rates.physics_step);
             }
             match clamps.measured {
                 Some(recorded) => signals.measured = recorded[index],
@@ -233,9 +241,7 @@ where
     }
 
     fn first_due_s(&self, signals: &Signals<S>) -> f64 {
-        // One tick before the first packet, on the line along which everything came in.
-        let before = Nanos(self.rates.loop_phase.0 - self.rates.loop_period.0);
-        self.rig.link().due_s(before, &signals.received)
+        self.rig.link().due_s(self.rates.loop_phase, &signals.received)
     }
 
     fn memories(&self, start: &Start<S>, first: &Signals<S>) -> Memories {

@@ -65,7 +65,7 @@ pub fn fit(problem: &Problem, start: &Trial, runs: &[usize], warm: Option<&Fit>,
     let mut scatter_settled = false;
     for _ in 0..STEPS_MAX {
         let mut next = fit.clone();
-        if !step(problem, &mut next, runs, &normals, damping) {
+        if !step(&mut next, runs, &normals, damping) {
             damping *= 10.0;
             continue;
         }
@@ -93,7 +93,7 @@ pub fn fit(problem: &Problem, start: &Trial, runs: &[usize], warm: Option<&Fit>,
         }
     }
     fit.cost = cost(problem, &fit, runs, &residuals, &normals);
-    fit.information = schur(problem, &fit, runs, &normals).0;
+    fit.information = schur(&fit, &normals).0;
     fit
 }
 
@@ -168,22 +168,26 @@ fn matters(problem: &Problem, run: usize, fit: &Fit, knob: &Knob) -> bool {
 
 fn linearise(problem: &Problem, fit: &Fit, runs: &[usize], residuals: &[Vec<f64>], scratch: &mut Scratch) -> Vec<Normal> {
     let of = |(&run, here): (&usize, &Vec<f64>)| {
-        let mut shared: Vec<Vec<f64>> = Vec::with_capacity(fit.knobs.len());
-        for knob in &fit.knobs {
-            if !matters(problem, run, fit, knob) {
-                shared.push(Vec::new());
-                continue;
-            }
-            let nudge = fit.trial.nudge(knob);
-            let mut moved = fit.trial.clone();
-            moved.set(knob, fit.trial.get(knob) + nudge);
-            let there = problem.residuals(run, &moved, &fit.nuisances[run], scratch);
-            shared.push(there.iter().zip(here).map(|(there, here)| (there - here) / nudge).collect());
-        }
+        let shared = shared_columns(problem, fit, run, here, scratch);
         let own = problem.nuisance_columns(run, &fit.trial, &fit.nuisances[run], &shared, scratch);
         normal(problem, fit, run, here, &shared, &own)
     };
     runs.iter().zip(residuals).map(of).collect()
+}
+
+/// Difference quotients of one run's residuals by every knob; empty for a knob that cannot matter there.
+fn shared_columns(problem: &Problem, fit: &Fit, run: usize, here: &[f64], scratch: &mut Scratch) -> Vec<Vec<f64>> {
+    let column = |knob: &Knob| {
+        if !matters(problem, run, fit, knob) {
+            return Vec::new();
+        }
+        let nudge = fit.trial.nudge(knob);
+        let mut moved = fit.trial.clone();
+        moved.set(knob, fit.trial.get(knob) + nudge);
+        let there = problem.residuals(run, &moved, &fit.nuisances[run], scratch);
+        there.iter().zip(here).map(|(there, here)| (there - here) / nudge).collect()
+    };
+    fit.knobs.iter().map(column).collect()
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
@@ -210,25 +214,27 @@ fn normal(problem: &Problem, fit: &Fit, run: usize, here: &[f64], shared: &[Vec<
     }
 }
 
-/// Matrix and gradient of the knobs with all nuisances eliminated.
-fn schur(problem: &Problem, fit: &Fit, runs: &[usize], normals: &[Normal]) -> (DMatrix<f64>, DVector<f64>) {
-    let p = fit.knobs.len();
-    let (mut matrix, mut gradient) = (DMatrix::zeros(p, p), DVector::zeros(p));
-    let _ = (problem, runs);
-    for normal in normals {
-        matrix += &normal.shared;
-        gradient += &normal.shared_gradient;
-        if let Some(factor) = normal.own.clone().cholesky() {
-            matrix -= &normal.mixed * factor.solve(&normal.mixed.transpose());
-            gradient -= &normal.mixed * factor.solve(&normal.own_gradient);
-        }
+/// Matrix and gradient of one run's knobs with its nuisances eliminated.
+fn eliminated(normal: &Normal) -> (DMatrix<f64>, DVector<f64>) {
+    match normal.own.clone().cholesky() {
+        Some(factor) => (
+            &normal.shared - &normal.mixed * factor.solve(&normal.mixed.transpose()),
+            &normal.shared_gradient - &normal.mixed * factor.solve(&normal.own_gradient),
+        ),
+        None => (normal.shared.clone(), normal.shared_gradient.clone()),
     }
-    (matrix, gradient)
+}
+
+/// Matrix and gradient of the knobs with all nuisances eliminated.
+fn schur(fit: &Fit, normals: &[Normal]) -> (DMatrix<f64>, DVector<f64>) {
+    let p = fit.knobs.len();
+    let zero = (DMatrix::zeros(p, p), DVector::zeros(p));
+    normals.iter().map(eliminated).fold(zero, |sum, part| (sum.0 + part.0, sum.1 + part.1))
 }
 
 /// One damped step of everything; false if the equations cannot be solved.
-fn step(problem: &Problem, fit: &mut Fit, runs: &[usize], normals: &[Normal], damping: f64) -> bool {
-    let (matrix, gradient) = schur(problem, fit, runs, normals);
+fn step(fit: &mut Fit, runs: &[usize], normals: &[Normal], damping: f64) -> bool {
+    let (matrix, gradient) = schur(fit, normals);
     let held: Vec<bool> = fit.knobs.iter().enumerate().map(|(i, knob)| is_held(&fit.trial, knob, gradient[i])).collect();
     let free: Vec<usize> = (0..held.len()).filter(|&i| !held[i] && matrix[(i, i)] > 0.0).collect();
     let mut small = DMatrix::from_fn(free.len(), free.len(), |i, j| matrix[(free[i], free[j])]);
@@ -329,4 +335,47 @@ fn estimated_scatter(problem: &Problem, fit: &Fit, runs: &[usize], normals: &[No
         *sd = libm::sqrt(sum / count);
     }
     scatter
+}
+
+/// The trace that an effect of a given size would leave, once base values, effects and nuisances have taken what they can.
+#[derive(Debug, Clone, Copy)]
+pub struct Signature {
+    /// Squared size of that trace, in multiples of the noise.
+    pub information: f64,
+    /// Its product with the residuals.
+    pub gradient: f64,
+}
+
+/// The signature of an effect on top of a fit.
+pub fn signature(
+    problem: &Problem,
+    fit: &Fit,
+    runs: &[usize],
+    chosen: &crate::model::Chosen,
+    scratch: &mut Scratch,
+) -> Signature {
+    let mut with = fit.trial.clone();
+    with.effects.push(chosen.clone());
+    let residuals = all_residuals(problem, fit, runs, scratch);
+    let p = fit.knobs.len();
+    let (mut matrix, mut gradient) = (DMatrix::zeros(p + 1, p + 1), DVector::zeros(p + 1));
+    for (&run, here) in runs.iter().zip(&residuals) {
+        let mut shared = shared_columns(problem, fit, run, here, scratch);
+        let own = problem.nuisance_columns(run, &fit.trial, &fit.nuisances[run], &shared, scratch);
+        let there = problem.residuals(run, &with, &fit.nuisances[run], scratch);
+        shared.push(there.iter().zip(here).map(|(there, here)| there - here).collect());
+        let normal = normal(problem, fit, run, here, &shared, &own);
+        let (part, slope) = eliminated(&normal);
+        matrix += part;
+        gradient += slope;
+    }
+    let knobs = matrix.view((0, 0), (p, p)).clone_owned();
+    let mixed = matrix.view((0, p), (p, 1)).clone_owned();
+    let Some(factor) = knobs.cholesky() else {
+        return Signature { information: matrix[(p, p)], gradient: gradient[p] };
+    };
+    let solved = factor.solve(&mixed);
+    let information = matrix[(p, p)] - mixed.dot(&solved);
+    let gradient = gradient[p] - solved.dot(&gradient.rows(0, p).clone_owned());
+    Signature { information, gradient }
 }

@@ -1,0 +1,6 @@
+//! What is missing in a model.
+
+pub mod fit;
+pub mod noise;
+pub mod problem;
+pub mod search;

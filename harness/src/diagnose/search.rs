@@ -1,0 +1,386 @@
+//! Which effects are missing: greedy forward, by the error on recordings that a fit has not seen, with ties told as ties.
+//!
+//! Every candidate is refitted together with the base. Candidates are screened by their signature (linear), fitted, and the best
+//! of them ranked by leaving one recording out at a time: `d_s` is by how much twice the log predictive density of the left-out
+//! recording s rises. After each addition members are pruned and swapped, since the first pick may have imitated two others.
+
+use super::fit::{Fit, Signature, fit, held_out, signature};
+use super::problem::{Knob, Problem, Scratch, Trial};
+use crate::model::{Chosen, RigKind};
+use rayon::prelude::*;
+use sim_core::effect::{Catalog, Kind, Where};
+use sim_core::space::Axis;
+use std::collections::BTreeMap;
+
+/// Rules of acceptance. They are fixed before any recording is looked at.
+#[derive(Debug, Clone, Copy)]
+pub struct Rules {
+    /// Most effects that are added.
+    pub effects_max: usize,
+    /// How many candidates are ranked by leaving recordings out.
+    pub finalists: usize,
+    /// Least total gain on left-out recordings; the library's size raises it to 2 ln(candidates).
+    pub gain_min: f64,
+    /// A total gain beyond doubt (5 σ), wherever it comes from, once no recording speaks against it.
+    pub gain_certain: f64,
+    /// A parameter is at least this many standard deviations away from doing nothing.
+    pub significance: f64,
+}
+
+impl Default for Rules {
+    fn default() -> Self {
+        Rules { effects_max: 4, finalists: 6, gain_min: 6.0, gain_certain: 25.0, significance: 2.0 }
+    }
+}
+
+/// A set of effects, fitted and tried on left-out recordings.
+#[derive(Debug, Clone)]
+pub struct Tried {
+    /// The fit on all learning recordings.
+    pub fit: Fit,
+    /// J of each run when it was left out.
+    pub left_out: Vec<f64>,
+}
+
+impl Tried {
+    /// Ids of the effects, sorted.
+    pub fn ids(&self) -> Vec<String> {
+        let mut ids: Vec<String> = self.fit.trial.effects.iter().map(|chosen| chosen.kind.id.to_string()).collect();
+        ids.sort();
+        ids
+    }
+
+    /// Sum over left-out recordings.
+    pub fn total(&self) -> f64 {
+        self.left_out.iter().sum()
+    }
+
+    /// By how much each left-out recording is better told than by `other`.
+    pub fn gains_over(&self, other: &Tried) -> Vec<f64> {
+        other.left_out.iter().zip(&self.left_out).map(|(other, own)| other - own).collect()
+    }
+}
+
+/// One row of a ranking.
+#[derive(Debug, Clone)]
+pub struct Ranked {
+    /// The effect that was added.
+    pub id: String,
+    /// By how much the fit on all learning recordings improved, in -2 ln p.
+    pub gain: f64,
+    /// Gains on left-out recordings; empty if it was not among the finalists.
+    pub gains: Vec<f64>,
+    /// Whether it passed the rules.
+    pub accepted: bool,
+}
+
+/// What the search found.
+#[derive(Debug, Clone)]
+pub struct Found {
+    /// Base values alone.
+    pub base: Tried,
+    /// The accepted set.
+    pub best: Tried,
+    /// The ranking at each step.
+    pub rankings: Vec<Vec<Ranked>>,
+    /// For each effect of the set: those that tell the recordings as well in its place, best first, itself among them.
+    pub ties: BTreeMap<String, Vec<String>>,
+    /// Gain on left-out recordings that each effect of the set is worth.
+    pub worth: BTreeMap<String, f64>,
+    /// For each kind that is not in the set, and its first parameter: the size that these recordings would have shown.
+    pub visible: BTreeMap<String, f64>,
+}
+
+/// A search over a catalogue.
+pub struct Search<'a> {
+    problem: &'a Problem,
+    rules: Rules,
+    /// Candidates, by id.
+    kinds: Vec<&'a Kind<Axis>>,
+    runs: Vec<usize>,
+    progress: &'a (dyn Fn(&str) + Sync),
+}
+
+impl<'a> Search<'a> {
+    /// A search over those kinds of the catalogue that can happen on this rig, without the ones that are excluded.
+    pub fn new(
+        problem: &'a Problem,
+        catalog: &'a Catalog<Axis>,
+        excluded: &[&str],
+        rules: Rules,
+        progress: &'a (dyn Fn(&str) + Sync),
+    ) -> Self {
+        let other_rig = match problem.model.rig {
+            RigKind::Docking => Where::Drive,
+            RigKind::Drive => Where::Docking,
+        };
+        let takes_part = |kind: &&Kind<Axis>| kind.rigs != other_rig && !excluded.contains(&kind.id.as_ref());
+        let kinds = catalog.kinds().iter().filter(takes_part).collect();
+        Search { problem, rules, kinds, runs: (0..problem.runs.len()).collect(), progress }
+    }
+
+    /// How many candidates there are.
+    pub fn size(&self) -> usize {
+        self.kinds.len()
+    }
+
+    fn threshold(&self) -> f64 {
+        self.rules.gain_min.max(2.0 * libm::log(self.kinds.len().max(1) as f64))
+    }
+
+    /// Fits a set on all learning recordings.
+    fn fitted(&self, trial: &Trial, warm: Option<&Fit>) -> Fit {
+        fit(self.problem, trial, &self.runs, warm, &mut Scratch::default())
+    }
+
+    /// Leaves each recording out in turn.
+    fn tried(&self, fit_all: Fit) -> Tried {
+        let folds: Vec<f64> = self.runs.par_iter().map(|&left| self.fold(&fit_all, left)).collect();
+        Tried { fit: fit_all, left_out: folds }
+    }
+
+    fn fold(&self, fit_all: &Fit, left: usize) -> f64 {
+        let others: Vec<usize> = self.runs.iter().copied().filter(|&run| run != left).collect();
+        let mut scratch = Scratch::default();
+        let without = fit(self.problem, &fit_all.trial, &others, Some(fit_all), &mut scratch);
+        held_out(self.problem, &without, left, &mut scratch)
+    }
+
+    /// The whole search, from this set on.
+    pub fn run(&self, start: &Trial) -> Found {
+        (self.progress)("fitting the base values");
+        let base = self.tried(self.fitted(start, None));
+        let mut best = base.clone();
+        let mut rankings = Vec::new();
+        for step in 0..self.rules.effects_max {
+            (self.progress)(&format!("step {}: trying {} effects", step + 1, self.kinds.len()));
+            let (ranking, next) = self.extend(&best);
+            rankings.push(ranking);
+            let Some(next) = next else { break };
+            best = self.prune(self.swap(next));
+        }
+        (self.progress)("looking for ties");
+        let (ties, worth) = self.ties(&base, &best);
+        let visible = self.visible(&best);
+        Found { base, best, rankings, ties, worth, visible }
+    }
+
+    /// Tries every effect on top of a set.
+    fn extend(&self, current: &Tried) -> (Vec<Ranked>, Option<Tried>) {
+        let mut fits = self.additions(current);
+        fits.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+        let mut ranking: Vec<Ranked> = fits
+            .iter()
+            .map(|(id, fit)| Ranked { id: id.clone(), gain: current.fit.cost - fit.cost, gains: Vec::new(), accepted: false })
+            .collect();
+        let mut finalists: Vec<(usize, Tried)> = Vec::new();
+        for (row, (_, fit)) in fits.iter().enumerate() {
+            if finalists.len() < self.rules.finalists && ranking[row].gain > self.rules.gain_min / 2.0 {
+                finalists.push((row, self.tried(fit.clone())));
+            }
+        }
+        for (row, tried) in &finalists {
+            ranking[*row].gains = tried.gains_over(current);
+        }
+        finalists.sort_by(|a, b| a.1.total().total_cmp(&b.1.total()));
+        let order = |finalist: &(usize, Tried)| (finalist.1.fit.knobs.len(), finalist.1.total());
+        let lead = finalists.first().map(|(_, tried)| tried.total());
+        // Among those that tell the recordings equally well the one with fewer parameters goes first.
+        let pick = lead.and_then(|lead| {
+            let near = finalists.iter().filter(|(_, tried)| tried.total() - lead <= self.rules.gain_min);
+            near.min_by(|a, b| order(a).0.cmp(&order(b).0).then(order(a).1.total_cmp(&order(b).1)))
+        });
+        let mut next = None;
+        if let Some((row, tried)) = pick {
+            let extra = tried.fit.knobs.len() - current.fit.knobs.len();
+            if self.accepts(&ranking[*row].gains, ranking[*row].gain, extra) {
+                ranking[*row].accepted = true;
+                next = Some(tried.clone());
+            }
+        }
+        (ranking, next)
+    }
+
+    /// Whether gains on left-out recordings are enough.
+    fn accepts(&self, gains: &[f64], gain: f64, parameters: usize) -> bool {
+        let samples: usize = self.runs.iter().map(|&run| self.problem.runs[run].span.len()).sum();
+        let (sum, z) = sum_and_z(gains);
+        let better = gains.iter().filter(|gain| **gain > 0.0).count();
+        let worst = gains.iter().copied().fold(f64::INFINITY, f64::min);
+        let many = gains.len() >= 4 && better + 1 >= gains.len() && worst > -2.0;
+        let certain = sum > self.rules.gain_certain && worst > -self.rules.gain_min;
+        let enough = gain > parameters as f64 * libm::log(samples.max(2) as f64) / 2.0;
+        sum > self.threshold() && (z > 2.0 || many || certain) && enough
+    }
+
+    /// Every effect that is not in the set, fitted on top of it from its most promising starts.
+    fn additions(&self, current: &Tried) -> Vec<(String, Fit)> {
+        let there = current.ids();
+        let absent: Vec<&&Kind<Axis>> = self.kinds.iter().filter(|kind| !there.contains(&kind.id.to_string())).collect();
+        absent.par_iter().filter_map(|kind| self.addition(&current.fit, kind).map(|fit| (kind.id.to_string(), fit))).collect()
+    }
+
+    fn addition(&self, current: &Fit, kind: &Kind<Axis>) -> Option<Fit> {
+        let mut promising: Vec<(f64, Chosen)> =
+            starts(kind).into_iter().filter_map(|chosen| self.promise(current, chosen)).collect();
+        promising.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let fits = promising.iter().take(2).map(|(_, chosen)| {
+            let mut trial = current.trial.clone();
+            trial.effects.push(chosen.clone());
+            self.fitted(&trial, Some(current))
+        });
+        fits.min_by(|a, b| a.cost.total_cmp(&b.cost))
+    }
+
+    /// The linear gain of an effect at a start, and the start moved to the size that the data ask for.
+    fn promise(&self, current: &Fit, chosen: Chosen) -> Option<(f64, Chosen)> {
+        let Signature { information, gradient } = self.signature(current, &chosen);
+        if !(information > 0.0 && information.is_finite()) {
+            return None;
+        }
+        let amplitude = -gradient / information;
+        let param = &chosen.kind.params[0];
+        let size = param.off + amplitude * (chosen.values[0] - param.off);
+        let mut moved = chosen.clone();
+        // A start in the wrong direction is kept where it is: the residual may be of another shape.
+        moved.values[0] = if amplitude > 0.05 { size.clamp(param.lower, param.upper) } else { chosen.values[0] };
+        let gain = if amplitude > 0.0 { gradient * gradient / information } else { 0.0 };
+        Some((gain, if chosen.kind.params.len() == 1 { moved } else { chosen }))
+    }
+
+    fn signature(&self, current: &Fit, chosen: &Chosen) -> Signature {
+        signature(self.problem, current, &self.runs, chosen, &mut Scratch::default())
+    }
+
+    /// Takes out every member that the left-out recordings do not miss.
+    fn prune(&self, mut best: Tried) -> Tried {
+        loop {
+            if best.fit.trial.effects.len() < 2 {
+                return best;
+            }
+            let without = self.without_each(&best);
+            let cheapest = without.into_iter().min_by(|a, b| a.total().total_cmp(&b.total()));
+            match cheapest {
+                Some(smaller) if smaller.total() - best.total() <= self.threshold() => best = smaller,
+                _ => return best,
+            }
+        }
+    }
+
+    fn without_each(&self, best: &Tried) -> Vec<Tried> {
+        (0..best.fit.trial.effects.len()).map(|member| self.without(best, member)).collect()
+    }
+
+    fn without(&self, best: &Tried, member: usize) -> Tried {
+        let mut trial = best.fit.trial.clone();
+        trial.effects.remove(member);
+        self.tried(self.fitted(&trial, Some(&best.fit)))
+    }
+
+    /// Replaces members by others while the left-out recordings gain from it.
+    fn swap(&self, mut best: Tried) -> Tried {
+        if best.fit.trial.effects.len() < 2 {
+            return best;
+        }
+        for _ in 0..2 {
+            let mut better: Option<Tried> = None;
+            for member in 0..best.fit.trial.effects.len() - 1 {
+                let smaller = self.without(&best, member);
+                let mut fits = self.additions(&smaller);
+                fits.retain(|(_, fit)| fit.cost < best.fit.cost - self.rules.gain_min);
+                fits.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+                for (_, fit) in fits.into_iter().take(2) {
+                    let tried = self.tried(fit);
+                    if tried.total() < better.as_ref().map_or(best.total(), Tried::total) - self.rules.gain_min {
+                        better = Some(tried);
+                    }
+                }
+            }
+            match better {
+                Some(tried) => best = tried,
+                None => return best,
+            }
+        }
+        best
+    }
+
+    /// For each member, what could stand in its place, and what it is worth.
+    fn ties(&self, base: &Tried, best: &Tried) -> (BTreeMap<String, Vec<String>>, BTreeMap<String, f64>) {
+        let (mut ties, mut worth) = (BTreeMap::new(), BTreeMap::new());
+        for member in 0..best.fit.trial.effects.len() {
+            let id = best.fit.trial.effects[member].kind.id.to_string();
+            let smaller = if best.fit.trial.effects.len() == 1 { base.clone() } else { self.without(best, member) };
+            worth.insert(id.clone(), smaller.total() - best.total());
+            let mut fits = self.additions(&smaller);
+            fits.retain(|(other, fit)| *other != id && fit.cost < best.fit.cost + 2.0 * self.rules.gain_certain);
+            fits.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+            let mut group = vec![(best.total(), id.clone())];
+            for (other, fit) in fits.into_iter().take(self.rules.finalists) {
+                let tried = self.tried(fit);
+                let gains: f64 = tried.gains_over(&smaller).iter().sum();
+                if gains > self.threshold() && self.is_tie(&best.gains_over(&tried)) {
+                    group.push((tried.total(), other));
+                }
+            }
+            group.sort_by(|a, b| a.0.total_cmp(&b.0));
+            ties.insert(id, group.into_iter().map(|(_, id)| id).collect());
+        }
+        (ties, worth)
+    }
+
+    /// Whether a deficit on left-out recordings leaves it open which of the two is right.
+    fn is_tie(&self, deficits: &[f64]) -> bool {
+        let (sum, _) = sum_and_z(deficits);
+        let error = deviation(deficits) * libm::sqrt(deficits.len() as f64);
+        sum <= self.rules.gain_min || (sum <= 2.0 * error && sum <= self.rules.gain_certain)
+    }
+
+    /// How large each absent effect would have to be to gain 12 (3.5 σ) on these recordings.
+    fn visible(&self, best: &Tried) -> BTreeMap<String, f64> {
+        let there = best.ids();
+        let absent: Vec<&&Kind<Axis>> = self.kinds.iter().filter(|kind| !there.contains(&kind.id.to_string())).collect();
+        let of = |kind: &&&Kind<Axis>| {
+            let chosen = Chosen::at_start(kind);
+            let size = (chosen.values[0] - kind.params[0].off).abs();
+            let information = self.signature(&best.fit, &chosen).information;
+            (kind.id.to_string(), size * libm::sqrt(12.0 / information))
+        };
+        let sizes: Vec<(String, f64)> = absent.par_iter().map(of).collect();
+        sizes.into_iter().filter(|(_, size)| size.is_finite()).collect()
+    }
+
+    /// Whether every effect of a set is at least this far from doing nothing, in standard deviations.
+    pub fn significances(&self, fit: &Fit) -> Vec<(String, f64)> {
+        let deviations = fit.deviations();
+        let of = |e: usize| {
+            let kind = &fit.trial.effects[e].kind;
+            let at = fit.knobs.iter().position(|knob| *knob == Knob::Effect(e, 0));
+            let far = at.map_or(0.0, |at| (fit.trial.get(&fit.knobs[at]) - kind.params[0].off).abs() / deviations[at]);
+            (kind.id.to_string(), far)
+        };
+        (0..fit.trial.effects.len()).map(of).collect()
+    }
+}
+
+/// Every combination of the starts of a kind's parameters.
+fn starts(kind: &Kind<Axis>) -> Vec<Chosen> {
+    let mut all: Vec<Vec<f64>> = vec![Vec::new()];
+    for param in &kind.params {
+        all = all.iter().flat_map(|head| param.starts.iter().map(move |start| [head.as_slice(), &[*start]].concat())).collect();
+    }
+    all.into_iter().map(|values| Chosen { kind: kind.clone(), values }).collect()
+}
+
+fn deviation(values: &[f64]) -> f64 {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let sum: f64 = values.iter().map(|value| (value - mean) * (value - mean)).sum();
+    libm::sqrt(sum / (n - 1.0).max(1.0))
+}
+
+/// Sum, and sum in multiples of its own standard error.
+fn sum_and_z(values: &[f64]) -> (f64, f64) {
+    let sum: f64 = values.iter().sum();
+    let error = deviation(values) * libm::sqrt(values.len() as f64);
+    (sum, if error > 0.0 { sum / error } else { 0.0 })
+}
