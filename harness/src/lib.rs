@@ -1,1 +1,4 @@
 //! Harness.
+
+pub mod error;
+pub mod recording;
