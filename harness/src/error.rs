@@ -104,3 +104,30 @@ impl miette::Diagnostic for Error {
         Some(Box::new(std::iter::once(label)))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Error;
+
+    #[test]
+    fn a_mistake_in_a_text_is_shown_at_its_place() {
+        let error = Error::new("friction = 31 N is outside [0, 20]")
+            .file("m.toml")
+            .help("choose less")
+            .span("a = 1\nfriction = 31\n", 6..14);
+        assert_eq!(error.to_string(), "m.toml: line 2: friction = 31 N is outside [0, 20]");
+        let mut shown = String::new();
+        let theme = miette::GraphicalTheme::unicode_nocolor();
+        miette::GraphicalReportHandler::new_themed(theme).render_report(&mut shown, &error).unwrap();
+        assert!(
+            shown.contains("friction = 31\n") && shown.contains("── here") && shown.contains("help: choose less"),
+            "{shown}"
+        );
+    }
+
+    #[test]
+    fn a_span_beyond_the_text_or_inside_a_letter_is_cut() {
+        let error = Error::new("x").span("é", 1..99);
+        assert_eq!(error.source_text.unwrap().span, 0..2);
+    }
+}

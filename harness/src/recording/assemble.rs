@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use super::collect::{Collector, Stream};
+use super::collect::{Collector, Stream, TopicSeen};
 use super::map::{CsvMap, Map, Role};
 use super::map_check::roles;
 use super::messages;
@@ -74,50 +74,55 @@ fn columns(table: &CsvMap) -> [(Role, &Option<String>); 4] {
 
 /// Every mapped role that is not optional has samples.
 fn present(map: &Map, names: &BTreeMap<Role, String>, collector: &Collector<'_>) -> Result<(), Error> {
-    for (role, name) in names {
-        let samples = match role {
-            Role::Commanded => collector.commanded.value.len(),
-            Role::Measured => collector.measured.value.len(),
-            Role::Twist => collector.twist.value.len(),
-            Role::Sensed => collector.sensed.value.len(),
-            Role::Applied => collector.applied.value.len(),
-        };
-        if samples > 0 || map.optional.contains(role) {
-            continue;
-        }
-        if map.csv.is_some() {
-            return Err(Error::new(format!("column `{name}` has no sample"))
-                .help("the table needs lines of numbers below the names"));
-        }
-        return Err(missing(*role, name, collector));
+    let samples = |role: Role| match role {
+        Role::Commanded => collector.commanded.value.len(),
+        Role::Measured => collector.measured.value.len(),
+        Role::Twist => collector.twist.value.len(),
+        Role::Sensed => collector.sensed.value.len(),
+        Role::Applied => collector.applied.value.len(),
+    };
+    let absent: Vec<(Role, &str)> = names
+        .iter()
+        .filter(|(role, _)| samples(**role) == 0 && !map.optional.contains(role))
+        .map(|(role, name)| (*role, name.as_str()))
+        .collect();
+    match absent.first() {
+        None => Ok(()),
+        Some((_, name)) if map.csv.is_some() => Err(Error::new(format!("column `{name}` has no sample"))
+            .help("the table needs lines of numbers below the names")),
+        Some(_) => Err(missing(&absent, collector)),
     }
-    Ok(())
 }
 
-fn missing(role: Role, topic: &str, collector: &Collector<'_>) -> Error {
-    let wanted = type_of(role);
-    let there: Vec<String> = collector
-        .topics
+fn missing(absent: &[(Role, &str)], collector: &Collector<'_>) -> Error {
+    let seen = &collector.topics;
+    let lines: Vec<String> = absent
         .iter()
-        .map(|(name, seen)| format!("{name} ({}, {} messages)", seen.type_name, seen.messages))
-        .collect();
-    let there = if there.is_empty() {
-        "the recording has no topic".to_owned()
-    } else {
-        format!("the recording has {}", there.join(", "))
-    };
-    let fault = if collector.topics.contains_key(topic) { "has no message" } else { "is missing" };
-    let known: Vec<&str> = roles(collector.map).into_iter().map(|(_, topic)| topic).collect();
-    let instead = collector
-        .topics
-        .iter()
-        .find(|(name, seen)| {
-            messages::is_type(&seen.type_name, wanted) && seen.messages > 0 && !known.contains(&name.as_str())
+        .map(|(role, topic)| {
+            let fault = if seen.contains_key(*topic) { "has no message" } else { "is missing" };
+            format!("topic {topic} ({}, {}) {fault}", role.id(), type_of(*role))
         })
-        .map_or("/the/right/topic", |(name, _)| name.as_str());
-    let id = role.id();
-    Error::new(format!("topic {topic} ({id}, {wanted}) {fault}; {there}"))
-        .help(format!("record it, or name another in the map given with --map: [topics] {id} = \"{instead}\""))
+        .collect();
+    let there: Vec<String> =
+        seen.iter().map(|(name, seen)| format!("{name} ({}, {} messages)", seen.type_name, seen.messages)).collect();
+    let there = if there.is_empty() { "no topic".to_owned() } else { there.join(", ") };
+    let known: Vec<&str> = roles(collector.map).into_iter().map(|(_, topic)| topic).collect();
+    let hints: Vec<String> = absent
+        .iter()
+        .map(|(role, _)| {
+            let fits = |(name, seen): &(&String, &TopicSeen)| {
+                messages::is_type(&seen.type_name, type_of(*role))
+                    && seen.messages > 0
+                    && !known.contains(&name.as_str())
+            };
+            let instead = seen.iter().find(fits).map_or("/the/right/topic", |(name, _)| name.as_str());
+            format!("{} = \"{instead}\"", role.id())
+        })
+        .collect();
+    Error::new(format!("{}; the recording has {there}", lines.join(", "))).help(format!(
+        "record it, or name the topics that stand for it in the map given with --map: [topics] {}",
+        hints.join(", ")
+    ))
 }
 
 const fn type_of(role: Role) -> &'static str {

@@ -235,6 +235,12 @@ fn read_damaged(
         let both = Survey { damages, ..found };
         return Err(refusal(&both, reason).file(&origin.file));
     }
+    if let (Some(at), true) = (found.cut_at, collector.topics.values().all(|seen| seen.messages == 0) && lost == 0) {
+        let what = format!("is cut off at byte {at}, before its first complete message: nothing can be recovered");
+        return Err(Error::new(what)
+            .file(&origin.file)
+            .help("copy the file again; a recorder that was killed loses its last chunk"));
+    }
     let mut report = Report::default();
     if let Some(at) = found.cut_at {
         cut(at, &found, salvaged.unverified_messages, &collector, &mut report);
@@ -301,7 +307,7 @@ fn damaged(damages: &[Damage], reason: &str, report: &mut Report) {
             "",
             None,
             what,
-            "this part is dropped; the gap it leaves is reported with each topic",
+            "what cannot be verified is dropped; a gap that it leaves is reported with each topic",
         );
     }
     if damages.is_empty() {

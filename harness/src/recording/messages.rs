@@ -90,3 +90,52 @@ pub(super) fn encode<T: Serialize>(stamp_ns: i64, frame_id: &str, fields: &T) ->
         .map_err(|error| format!("encoding failed: {error}"))?;
     Ok(bytes)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One wrench in either byte order, laid out by hand from the module's picture.
+    fn bytes(is_little: bool) -> Vec<u8> {
+        let order4 = |bytes: [u8; 4]| if is_little { bytes } else { [bytes[3], bytes[2], bytes[1], bytes[0]] };
+        let mut message = vec![0, u8::from(is_little), 0, 0];
+        for word in [7_u32, 8, 3] {
+            message.extend(order4(word.to_le_bytes()));
+        }
+        message.extend(*b"ft\0\0");
+        for part in [1.0_f64, 2.0, 3.0, 4.0, 5.0, 6.0] {
+            message.extend(if is_little { part.to_le_bytes() } else { part.to_be_bytes() });
+        }
+        message
+    }
+
+    #[test]
+    fn both_byte_orders_decode() {
+        for is_little in [true, false] {
+            let (stamp_ns, body) = decode::<PairBody>(&bytes(is_little)).unwrap();
+            assert_eq!((stamp_ns, body), (7_000_000_008, ([1.0, 2.0, 3.0], [4.0, 5.0, 6.0])));
+        }
+        assert_eq!(encode(7_000_000_008, "ft", &([1.0, 2.0, 3.0], [4.0, 5.0, 6.0])).unwrap(), bytes(true));
+    }
+
+    #[test]
+    fn a_message_of_another_length_is_refused() {
+        let message = bytes(true);
+        for length in 0..message.len() {
+            assert!(decode::<PairBody>(&message[..length]).is_err(), "{length} bytes");
+        }
+        let longer = [message.as_slice(), &[0; 8]].concat();
+        assert_eq!(
+            decode::<PairBody>(&longer).unwrap_err(),
+            "the message has 8 bytes after its last field, at most 3 are padding"
+        );
+    }
+
+    #[test]
+    fn names_of_one_type_agree() {
+        for name in ["geometry_msgs/msg/PoseStamped", "geometry_msgs/PoseStamped", "geometry_msgs::msg::PoseStamped"] {
+            assert!(is_type(name, POSE), "{name}");
+        }
+        assert!(!is_type("geometry_msgs/msg/Pose", POSE));
+    }
+}
