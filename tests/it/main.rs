@@ -1,3 +1,7 @@
 //! One integration binary.
 
+<<<<<<< HEAD
 mod effects;
+=======
+mod recording;
+>>>>>>> rec
