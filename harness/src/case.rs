@@ -114,7 +114,7 @@ fn docking(session: &Session, model: &Model) -> Result<Case, Error> {
     };
     let position = pose(|pose| pose.position_m[2], commanded);
     let pitch = pose(|pose| pitch_rad(pose), commanded);
-    let motion: Vec<AxisMotion> = (0..ticks)
+    let mut motion: Vec<AxisMotion> = (0..ticks)
         .map(|i| AxisMotion { pitch_rad: pitch.value[i], ..AxisMotion::moving(position.value[i], 0.0) })
         .collect();
     let after_m_per_s = session.twist.as_ref().map_or(Channel::default(), |twist| {
@@ -135,7 +135,9 @@ fn docking(session: &Session, model: &Model) -> Result<Case, Error> {
     };
     let until = Nanos((ticks as i64 * period.0).max(phase + sensed_n.value.len() as i64 * sensor_period.0));
     let speed = (motion[1].position_m - motion[0].position_m) / period.seconds();
-    let pitch_rate_rad_per_s = (motion[1].pitch_rad - motion[0].pitch_rad) / period.seconds();
+    // Only the first command needs its velocity: along it the robot came in.
+    motion[0].velocity_m_per_s = after_m_per_s.value.first().copied().unwrap_or(speed);
+    motion[0].pitch_rate_rad_per_s = (motion[1].pitch_rad - motion[0].pitch_rad) / period.seconds();
     Ok(Case {
         name: short_name(session),
         grade: session.grade,
@@ -149,11 +151,7 @@ fn docking(session: &Session, model: &Model) -> Result<Case, Error> {
             sensor_phase: Nanos(phase),
         },
         until,
-        first: AxisMotion {
-            velocity_m_per_s: after_m_per_s.value.first().copied().unwrap_or(speed),
-            pitch_rate_rad_per_s,
-            ..motion[0]
-        },
+        first: motion[0],
         commanded: motion,
         commanded_known: position.known,
         measured_m: gridded(measured, |pose| pose.position_m[2], start_ns, period.0, ticks),

@@ -119,7 +119,8 @@ where
         let mut memories = self.memories(start, &signals);
         let plant = self.rig.plant();
         let mut satellites = plant.start(&start.first);
-        let mut robot = self.rig.robot().start(&signals.received.motion, self.first_due_s(&signals));
+        let first_due_s = self.rig.link().due_s(rates.loop_phase, &signals.received);
+        let mut robot = self.rig.robot().start(&signals.received.motion, first_due_s);
         let mut history = History::<S>::new(&signals.achieved, self.rig.readout().delay_s, rates.physics_step);
         let mut compensator = self.rig.compensator().start(&signals.measured, rates.loop_period.seconds());
         let mut noise_random = start.streams.named("sensor/noise");
@@ -238,10 +239,6 @@ where
             sensed,
             feedback: S::Wrench::default(),
         }
-    }
-
-    fn first_due_s(&self, signals: &Signals<S>) -> f64 {
-        self.rig.link().due_s(self.rates.loop_phase, &signals.received)
     }
 
     fn memories(&self, start: &Start<S>, first: &Signals<S>) -> Memories {

@@ -1,7 +1,4 @@
 //! One integration binary.
 
-<<<<<<< HEAD
 mod effects;
-=======
 mod recording;
->>>>>>> rec

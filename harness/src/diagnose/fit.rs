@@ -39,6 +39,16 @@ impl Fit {
         (0..self.knobs.len()).map(of).collect()
     }
 
+    /// Logarithm of the determinant of the information, with a prior as wide as a hundred times what matters for each knob.
+    fn spread(&self) -> f64 {
+        let wide = |knob: &Knob| 100.0 * self.trial.matter(knob);
+        let mut matrix = self.information.clone();
+        for (i, knob) in self.knobs.iter().enumerate() {
+            matrix[(i, i)] += 1.0 / (wide(knob) * wide(knob));
+        }
+        matrix.cholesky().map_or(0.0, |factor| factor.l().diagonal().iter().map(|d| 2.0 * libm::log(*d)).sum())
+    }
+
     /// Value and standard deviation of a knob.
     pub fn estimate(&self, knob: &Knob) -> Option<(f64, f64)> {
         let at = self.knobs.iter().position(|other| other == knob)?;
@@ -97,30 +107,12 @@ pub fn fit(problem: &Problem, start: &Trial, runs: &[usize], warm: Option<&Fit>,
     fit
 }
 
-/// J of one run that took no part: only its own nuisances are fitted, the scatter is that of the others.
-pub fn held_out(problem: &Problem, fit: &Fit, run: usize, scratch: &mut Scratch) -> f64 {
-    let mut alone = fit.clone();
-    let runs = [run];
-    let mut residuals = all_residuals(problem, &alone, &runs, scratch);
-    let mut normals = linearise(problem, &alone, &runs, &residuals, scratch);
-    for _ in 0..STEPS_MAX {
-        let mut next = alone.clone();
-        let Some(moves) = own_step(&normals[0], &DVector::zeros(alone.knobs.len())) else { break };
-        apply_own(&mut next.nuisances[run], &moves);
-        let next_residuals = all_residuals(problem, &next, &runs, scratch);
-        let before = squares(problem, &alone, &runs, &residuals);
-        let after = squares(problem, &next, &runs, &next_residuals);
-        if after.is_nan() || after > before {
-            break;
-        }
-        alone = next;
-        residuals = next_residuals;
-        normals = linearise(problem, &alone, &runs, &residuals, scratch);
-        if before - after < GAIN_MIN {
-            break;
-        }
-    }
-    squares(problem, &alone, &runs, &residuals) + determinants(problem, &alone, &runs, &normals)
+/// Twice the negative log predictive density of the run that `without` has not seen and `all` has.
+///
+/// It is the ratio of two marginal likelihoods (Laplace in the knobs too): what the others say of a knob is the prior under
+/// which the left-out run is judged, so that a knob of which they say little is charged for it, and nothing worse.
+pub fn predictive(all: &Fit, without: &Fit) -> f64 {
+    all.cost + all.spread() - without.cost - without.spread()
 }
 
 /// The nuisances of a run that took no part, fitted with the knobs held.

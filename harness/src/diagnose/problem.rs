@@ -88,6 +88,15 @@ impl Trial {
         }
     }
 
+    /// A change of a knob that matters.
+    pub fn matter(&self, knob: &Knob) -> f64 {
+        match *knob {
+            Knob::Mass | Knob::Stiffness | Knob::Damping => 0.01 * self.get(knob).abs().max(1.0),
+            Knob::Offset => 0.1,
+            Knob::Effect(e, p) => self.effects[e].kind.params[p].scale,
+        }
+    }
+
     /// A small change of a knob for a difference quotient, away from its upper limit.
     pub fn nudge(&self, knob: &Knob) -> f64 {
         let value = self.get(knob);

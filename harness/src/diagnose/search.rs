@@ -4,7 +4,7 @@
 //! of them ranked by leaving one recording out at a time: `d_s` is by how much twice the log predictive density of the left-out
 //! recording s rises. After each addition members are pruned and swapped, since the first pick may have imitated two others.
 
-use super::fit::{Fit, Signature, fit, held_out, signature};
+use super::fit::{Fit, Signature, fit, predictive, signature};
 use super::problem::{Knob, Problem, Scratch, Trial};
 use crate::model::{Chosen, RigKind};
 use rayon::prelude::*;
@@ -23,13 +23,16 @@ pub struct Rules {
     pub gain_min: f64,
     /// A total gain beyond doubt (5 σ), wherever it comes from, once no recording speaks against it.
     pub gain_certain: f64,
+    /// Share of the gains that recordings may lose together: as long as a second effect is missing, the first one costs a little
+    /// where the second one is large.
+    pub loss_share: f64,
     /// A parameter is at least this many standard deviations away from doing nothing.
     pub significance: f64,
 }
 
 impl Default for Rules {
     fn default() -> Self {
-        Rules { effects_max: 4, finalists: 6, gain_min: 6.0, gain_certain: 25.0, significance: 2.0 }
+        Rules { effects_max: 4, finalists: 6, gain_min: 6.0, gain_certain: 25.0, loss_share: 0.02, significance: 2.0 }
     }
 }
 
@@ -38,7 +41,7 @@ impl Default for Rules {
 pub struct Tried {
     /// The fit on all learning recordings.
     pub fit: Fit,
-    /// J of each run when it was left out.
+    /// Twice the negative log predictive density of each run, given the others.
     pub left_out: Vec<f64>,
 }
 
@@ -143,7 +146,7 @@ impl<'a> Search<'a> {
         let others: Vec<usize> = self.runs.iter().copied().filter(|&run| run != left).collect();
         let mut scratch = Scratch::default();
         let without = fit(self.problem, &fit_all.trial, &others, Some(fit_all), &mut scratch);
-        held_out(self.problem, &without, left, &mut scratch)
+        predictive(fit_all, &without)
     }
 
     /// The whole search, from this set on.
@@ -208,7 +211,8 @@ impl<'a> Search<'a> {
         let better = gains.iter().filter(|gain| **gain > 0.0).count();
         let worst = gains.iter().copied().fold(f64::INFINITY, f64::min);
         let many = gains.len() >= 4 && better + 1 >= gains.len() && worst > -2.0;
-        let certain = sum > self.rules.gain_certain && worst > -self.rules.gain_min;
+        let losses: f64 = gains.iter().filter(|gain| **gain < 0.0).sum();
+        let certain = sum > self.rules.gain_certain && -losses < self.rules.gain_min + self.rules.loss_share * (sum - losses);
         let enough = gain > parameters as f64 * libm::log(samples.max(2) as f64) / 2.0;
         sum > self.threshold() && (z > 2.0 || many || certain) && enough
     }
