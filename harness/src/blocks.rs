@@ -130,7 +130,14 @@ pub fn path(model: &Model, case: &Case, effects: &[Chosen], received: Option<&[R
 }
 
 /// The force block: achieved motion in, reading out, one for each tick of the sensor, without noise.
-pub fn force(model: &Model, case: &Case, path: &Path, base: &Base, effects: &[Chosen], trace: &mut Trace<Axis>) -> Vec<f64> {
+pub fn force(
+    model: &Model,
+    case: &Case,
+    path: &Path,
+    base: &Base,
+    effects: &[Chosen],
+    trace: &mut Trace<Axis>,
+) -> Vec<f64> {
     let rig = docking_rig(model, base, case.mass_kg);
     let attached = attached(effects, is_on_force);
     trace.clear();
@@ -167,7 +174,10 @@ pub fn drive(
     let rig = drive_rig(base);
     let attached: Vec<Attached<Axis>> = effects.iter().map(Chosen::attach).collect();
     let applied: Vec<f64> = case.applied_n[span.clone()].iter().map(|force_n| force_n - base.offset_n).collect();
-    let rates = Rates { sensor_phase: Nanos(i64::MAX / 2 / case.rates.physics_step.0 * case.rates.physics_step.0), ..case.rates };
+    let rates = Rates {
+        sensor_phase: Nanos(i64::MAX / 2 / case.rates.physics_step.0 * case.rates.physics_step.0),
+        ..case.rates
+    };
     let until = Nanos(span.len() as i64 * rates.loop_period.0);
     let start = Start { first, from: Nanos(0), until, noise: SensorNoise::NONE, streams: Streams::new(0) };
     let columns = Columns { loop_ticks: true, sensor_ticks: false, achieved: false, measured: false };

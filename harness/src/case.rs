@@ -53,6 +53,8 @@ pub struct Case {
     pub after_m_per_s: Channel,
     /// Raw reading along the axis at each tick of the sensor; positive z of the nozzle frame.
     pub sensed_n: Channel,
+    /// The two readings across the axis, x and y, for the check of axes and signs.
+    pub across_n: [Channel; 2],
     /// Force that drives the axis at each tick; empty for a docking cell.
     pub applied_n: Vec<f64>,
 }
@@ -90,7 +92,8 @@ impl Case {
 }
 
 fn docking(session: &Session, model: &Model) -> Result<Case, Error> {
-    let missing = |what: &str, help: &str| Error::new(format!("the recording has no {what}")).file(&session.file).help(help);
+    let missing =
+        |what: &str, help: &str| Error::new(format!("the recording has no {what}")).file(&session.file).help(help);
     let map_help = "name its topic in a map file and pass it with --map MAP.toml";
     let commanded = session.commanded.as_ref().ok_or_else(|| missing("commanded pose", map_help))?;
     let measured = session.measured.as_ref().ok_or_else(|| missing("measured pose", map_help))?;
@@ -101,9 +104,10 @@ fn docking(session: &Session, model: &Model) -> Result<Case, Error> {
     let mass_kg = session.believed_f64_or("reduced_mass_kg", model.plant.mass_kg)?;
     if !(mass_kg.is_finite() && mass_kg > 0.0) {
         let what = format!("reduced_mass_kg = {mass_kg} kg is not above 0");
-        return Err(Error::new(what).file(&session.file).place("metadata record session").help(
-            "correct the recording's session record, or leave it out: then the model's plant.mass_kg holds",
-        ));
+        return Err(Error::new(what)
+            .file(&session.file)
+            .place("metadata record session")
+            .help("correct the recording's session record, or leave it out: then the model's plant.mass_kg holds"));
     }
     let period = Nanos::from_seconds(model.timing.loop_period_s);
     let start_ns = commanded.time_ns[0];
@@ -117,22 +121,25 @@ fn docking(session: &Session, model: &Model) -> Result<Case, Error> {
     let mut motion: Vec<AxisMotion> = (0..ticks)
         .map(|i| AxisMotion { pitch_rad: pitch.value[i], ..AxisMotion::moving(position.value[i], 0.0) })
         .collect();
-    let after_m_per_s = session.twist.as_ref().map_or(Channel::default(), |twist| {
-        gridded(twist, |twist| twist.linear_m_per_s[2], start_ns, period.0, ticks)
-    });
+    let after_m_per_s = session
+        .twist
+        .as_ref()
+        .map_or(Channel::default(), |twist| gridded(twist, |twist| twist.linear_m_per_s[2], start_ns, period.0, ticks));
     let sensor_period = Nanos::from_seconds(model.timing.sensor_period_s);
     let physics_step = Nanos::from_seconds(model.timing.physics_step_s);
     let phase = on_grid(sensed.time_ns[0] - start_ns, physics_step.0);
     let sensor_last = sensed.time_ns[sensed.time_ns.len() - 1];
     let sensor_ticks = ((sensor_last - sensed.time_ns[0] + sensor_period.0 / 2) / sensor_period.0) as usize + 1;
-    let sensed_n = gridded(sensed, |wrench| wrench.force_n[2], sensed.time_ns[0], sensor_period.0, sensor_ticks);
+    let reading =
+        |axis: usize| gridded(sensed, |wrench| wrench.force_n[axis], sensed.time_ns[0], sensor_period.0, sensor_ticks);
     // Samples before the first command belong to no tick of the loop.
     let early = if phase < 0 { ((-phase + sensor_period.0 - 1) / sensor_period.0) as usize } else { 0 };
     let phase = phase + early as i64 * sensor_period.0;
-    let sensed_n = Channel {
-        value: sensed_n.value.get(early..).unwrap_or_default().to_vec(),
-        known: sensed_n.known.get(early..).unwrap_or_default().to_vec(),
+    let without_early = |channel: Channel| Channel {
+        value: channel.value.get(early..).unwrap_or_default().to_vec(),
+        known: channel.known.get(early..).unwrap_or_default().to_vec(),
     };
+    let sensed_n = without_early(reading(2));
     let until = Nanos((ticks as i64 * period.0).max(phase + sensed_n.value.len() as i64 * sensor_period.0));
     let speed = (motion[1].position_m - motion[0].position_m) / period.seconds();
     // Only the first command needs its velocity: along it the robot came in.
@@ -157,6 +164,7 @@ fn docking(session: &Session, model: &Model) -> Result<Case, Error> {
         measured_m: gridded(measured, |pose| pose.position_m[2], start_ns, period.0, ticks),
         after_m_per_s,
         sensed_n,
+        across_n: [without_early(reading(0)), without_early(reading(1))],
         applied_n: Vec::new(),
     })
 }
@@ -193,12 +201,16 @@ fn drive(session: &Session, model: &Model) -> Result<Case, Error> {
         measured_m,
         after_m_per_s: Channel::default(),
         sensed_n: Channel::default(),
+        across_n: [Channel::default(), Channel::default()],
         applied_n: applied_n.value,
     })
 }
 
 fn short_name(session: &Session) -> String {
-    session.file.file_name().map_or_else(|| session.file.display().to_string(), |name| name.to_string_lossy().into_owned())
+    session
+        .file
+        .file_name()
+        .map_or_else(|| session.file.display().to_string(), |name| name.to_string_lossy().into_owned())
 }
 
 /// Rotation about +x of the nozzle frame.

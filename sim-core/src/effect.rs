@@ -182,6 +182,13 @@ impl<S: Space> Kind<S> {
         self.params.iter().map(|param| param.off).collect()
     }
 
+    /// The parameter that says how large it is: the first one whose 'off' is a limit, or simply the first.
+    pub fn size(&self) -> usize {
+        #[expect(clippy::float_cmp, reason = "limits are written, not computed")]
+        let at_limit = |param: &Param| param.off == param.lower || param.off == param.upper;
+        self.params.iter().position(at_limit).unwrap_or(0)
+    }
+
     /// Ready to run with these values.
     pub fn attach(&self, values: &[f64]) -> Attached<S> {
         assert_eq!(values.len(), self.params.len(), "{}: one value for each parameter", self.id);

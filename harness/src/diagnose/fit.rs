@@ -81,7 +81,8 @@ pub fn fit(problem: &Problem, start: &Trial, runs: &[usize], warm: Option<&Fit>,
         }
         let next_residuals = all_residuals(problem, &next, runs, scratch);
         // Determinants change little within a step: the point is judged by its squares.
-        let (before, after) = (squares(problem, &fit, runs, &residuals), squares(problem, &next, runs, &next_residuals));
+        let (before, after) =
+            (squares(problem, &fit, runs, &residuals), squares(problem, &next, runs, &next_residuals));
         if after.is_nan() || after > before {
             damping *= 10.0;
             if damping > 1e8 {
@@ -152,13 +153,22 @@ fn matters(problem: &Problem, run: usize, fit: &Fit, knob: &Knob) -> bool {
         Knob::Stiffness | Knob::Damping => contact,
         Knob::Effect(e, _) => {
             let wires = &fit.trial.effects[*e].kind.wires;
-            contact || wires.iter().any(|wire| !matches!(wire, sim_core::signals::Wire::Contact | sim_core::signals::Wire::Touch))
+            contact
+                || wires
+                    .iter()
+                    .any(|wire| !matches!(wire, sim_core::signals::Wire::Contact | sim_core::signals::Wire::Touch))
         }
         Knob::Mass | Knob::Offset => true,
     }
 }
 
-fn linearise(problem: &Problem, fit: &Fit, runs: &[usize], residuals: &[Vec<f64>], scratch: &mut Scratch) -> Vec<Normal> {
+fn linearise(
+    problem: &Problem,
+    fit: &Fit,
+    runs: &[usize],
+    residuals: &[Vec<f64>],
+    scratch: &mut Scratch,
+) -> Vec<Normal> {
     let of = |(&run, here): (&usize, &Vec<f64>)| {
         let shared = shared_columns(problem, fit, run, here, scratch);
         let own = problem.nuisance_columns(run, &fit.trial, &fit.nuisances[run], &shared, scratch);
@@ -227,7 +237,8 @@ fn schur(fit: &Fit, normals: &[Normal]) -> (DMatrix<f64>, DVector<f64>) {
 /// One damped step of everything; false if the equations cannot be solved.
 fn step(fit: &mut Fit, runs: &[usize], normals: &[Normal], damping: f64) -> bool {
     let (matrix, gradient) = schur(fit, normals);
-    let held: Vec<bool> = fit.knobs.iter().enumerate().map(|(i, knob)| is_held(&fit.trial, knob, gradient[i])).collect();
+    let held: Vec<bool> =
+        fit.knobs.iter().enumerate().map(|(i, knob)| is_held(&fit.trial, knob, gradient[i])).collect();
     let free: Vec<usize> = (0..held.len()).filter(|&i| !held[i] && matrix[(i, i)] > 0.0).collect();
     let mut small = DMatrix::from_fn(free.len(), free.len(), |i, j| matrix[(free[i], free[j])]);
     for i in 0..free.len() {

@@ -3,4 +3,6 @@
 pub mod fit;
 pub mod noise;
 pub mod problem;
+pub mod quality;
 pub mod search;
+pub mod software;

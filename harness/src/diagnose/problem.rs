@@ -158,7 +158,8 @@ impl Problem {
     pub fn docking(model: &Model, cases: Vec<Case>, noise: Noise) -> Self {
         let runs = cases.into_iter().map(|case| Run::docking(model, case, &noise)).collect();
         let repeat = &model.repeatability;
-        let declared = [repeat.force_offset_n, repeat.stiffness_ratio, repeat.damping_ratio].map(|sd: f64| sd.max(1e-6));
+        let declared =
+            [repeat.force_offset_n, repeat.stiffness_ratio, repeat.damping_ratio].map(|sd: f64| sd.max(1e-6));
         Problem { model: model.clone(), noise, runs, declared }
     }
 
@@ -246,7 +247,8 @@ impl Problem {
             damping_n_s_per_m: trial.base.damping_n_s_per_m * libm::exp(nuisance[2]),
             ..trial.base
         };
-        let on_path: Vec<&Chosen> = trial.effects.iter().filter(|chosen| blocks::is_on_path(&chosen.kind.wires)).collect();
+        let on_path: Vec<&Chosen> =
+            trial.effects.iter().filter(|chosen| blocks::is_on_path(&chosen.kind.wires)).collect();
         let key: Vec<f64> = on_path.iter().flat_map(|chosen| chosen.values.iter().copied()).collect();
         scratch.paths.resize(self.runs.len().max(scratch.paths.len()), None);
         if !on_path.is_empty() && scratch.paths[index].as_ref().is_none_or(|(of, _)| *of != key) {
@@ -284,7 +286,9 @@ impl Problem {
             RigKind::Docking => {
                 let mut columns = vec![run.ones.clone()];
                 if run.nuisances > 1 {
-                    for (column, value) in shared.iter().zip([trial.base.stiffness_n_per_m, trial.base.damping_n_s_per_m]) {
+                    for (column, value) in
+                        shared.iter().zip([trial.base.stiffness_n_per_m, trial.base.damping_n_s_per_m])
+                    {
                         columns.push(column.iter().map(|slope| slope * value).collect());
                     }
                 }

@@ -64,6 +64,10 @@ impl Tried {
     }
 }
 
+/// Sets that leave the same log to the last digit: moving δ of dead time from the command to the read-out and to the force's
+/// transport together changes neither the order nor the size of anything that is written down.
+const EQUIVALENT: [(&str, &[&str]); 1] = [("command-delay", &["measurement-delay", "force-delay"])];
+
 /// One row of a ranking.
 #[derive(Debug, Clone)]
 pub struct Ranked {
@@ -88,11 +92,16 @@ pub struct Found {
     pub rankings: Vec<Vec<Ranked>>,
     /// For each effect of the set: those that tell the recordings as well in its place, best first, itself among them.
     pub ties: BTreeMap<String, Vec<String>>,
+    /// For each effect of the set: sets of several effects that tell the recordings as well in its place.
+    pub sets: BTreeMap<String, Vec<Vec<String>>>,
     /// Gain on left-out recordings that each effect of the set is worth.
     pub worth: BTreeMap<String, f64>,
     /// For each kind that is not in the set, and its first parameter: the size that these recordings would have shown.
     pub visible: BTreeMap<String, f64>,
 }
+
+/// Gain in -2 ln p at which an effect would have been seen: 3.5 σ.
+const VISIBLE_GAIN: f64 = 12.0;
 
 /// A search over a catalogue.
 pub struct Search<'a> {
@@ -164,8 +173,9 @@ impl<'a> Search<'a> {
         }
         (self.progress)("looking for ties");
         let (ties, worth) = self.ties(&base, &best);
+        let sets = self.equivalent_sets(&best);
         let visible = self.visible(&best);
-        Found { base, best, rankings, ties, worth, visible }
+        Found { base, best, rankings, ties, sets, worth, visible }
     }
 
     /// Tries every effect on top of a set.
@@ -174,7 +184,12 @@ impl<'a> Search<'a> {
         fits.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
         let mut ranking: Vec<Ranked> = fits
             .iter()
-            .map(|(id, fit)| Ranked { id: id.clone(), gain: current.fit.cost - fit.cost, gains: Vec::new(), accepted: false })
+            .map(|(id, fit)| Ranked {
+                id: id.clone(),
+                gain: current.fit.cost - fit.cost,
+                gains: Vec::new(),
+                accepted: false,
+            })
             .collect();
         let mut finalists: Vec<(usize, Tried)> = Vec::new();
         for (row, (_, fit)) in fits.iter().enumerate() {
@@ -212,7 +227,8 @@ impl<'a> Search<'a> {
         let worst = gains.iter().copied().fold(f64::INFINITY, f64::min);
         let many = gains.len() >= 4 && better + 1 >= gains.len() && worst > -2.0;
         let losses: f64 = gains.iter().filter(|gain| **gain < 0.0).sum();
-        let certain = sum > self.rules.gain_certain && -losses < self.rules.gain_min + self.rules.loss_share * (sum - losses);
+        let certain =
+            sum > self.rules.gain_certain && -losses < self.rules.gain_min + self.rules.loss_share * (sum - losses);
         let enough = gain > parameters as f64 * libm::log(samples.max(2) as f64) / 2.0;
         sum > self.threshold() && (z > 2.0 || many || certain) && enough
     }
@@ -220,8 +236,12 @@ impl<'a> Search<'a> {
     /// Every effect that is not in the set, fitted on top of it from its most promising starts.
     fn additions(&self, current: &Tried) -> Vec<(String, Fit)> {
         let there = current.ids();
-        let absent: Vec<&&Kind<Axis>> = self.kinds.iter().filter(|kind| !there.contains(&kind.id.to_string())).collect();
-        absent.par_iter().filter_map(|kind| self.addition(&current.fit, kind).map(|fit| (kind.id.to_string(), fit))).collect()
+        let absent: Vec<&&Kind<Axis>> =
+            self.kinds.iter().filter(|kind| !there.contains(&kind.id.to_string())).collect();
+        absent
+            .par_iter()
+            .filter_map(|kind| self.addition(&current.fit, kind).map(|fit| (kind.id.to_string(), fit)))
+            .collect()
     }
 
     fn addition(&self, current: &Fit, kind: &Kind<Axis>) -> Option<Fit> {
@@ -243,13 +263,16 @@ impl<'a> Search<'a> {
             return None;
         }
         let amplitude = -gradient / information;
-        let param = &chosen.kind.params[0];
-        let size = param.off + amplitude * (chosen.values[0] - param.off);
-        let mut moved = chosen.clone();
-        // A start in the wrong direction is kept where it is: the residual may be of another shape.
-        moved.values[0] = if amplitude > 0.05 { size.clamp(param.lower, param.upper) } else { chosen.values[0] };
+        let at = chosen.kind.size();
+        let param = chosen.kind.params[at].clone();
+        let mut moved = chosen;
+        // Only a size that is zero when off can be scaled; one in the wrong direction stays where it is: the residual may be of
+        // another shape.
+        if amplitude > 0.05 && param.off == 0.0 {
+            moved.values[at] = (amplitude * moved.values[at]).clamp(param.lower, param.upper);
+        }
         let gain = if amplitude > 0.0 { gradient * gradient / information } else { 0.0 };
-        Some((gain, if chosen.kind.params.len() == 1 { moved } else { chosen }))
+        Some((gain, moved))
     }
 
     fn signature(&self, current: &Fit, chosen: &Chosen) -> Signature {
@@ -332,6 +355,28 @@ impl<'a> Search<'a> {
         (ties, worth)
     }
 
+    /// Sets that could stand in the place of one member; each is fitted, and kept only if it tells the recordings as well.
+    fn equivalent_sets(&self, best: &Tried) -> BTreeMap<String, Vec<Vec<String>>> {
+        let mut sets = BTreeMap::new();
+        for (id, others) in EQUIVALENT {
+            let Some(member) = best.fit.trial.effects.iter().position(|chosen| chosen.kind.id == id) else { continue };
+            let kinds: Vec<&&Kind<Axis>> =
+                self.kinds.iter().filter(|kind| others.contains(&kind.id.as_ref())).collect();
+            let size = best.fit.trial.effects[member].values[0];
+            let mut trial = best.fit.trial.clone();
+            trial.effects.remove(member);
+            let present = trial.effects.iter().any(|chosen| others.contains(&chosen.kind.id.as_ref()));
+            if kinds.len() < others.len() || present || size <= 0.0 {
+                continue;
+            }
+            trial.effects.extend(kinds.iter().map(|kind| Chosen { kind: (**kind).clone(), values: vec![size] }));
+            if self.fitted(&trial, Some(&best.fit)).cost - best.fit.cost <= self.rules.gain_min {
+                sets.insert(id.to_string(), vec![others.iter().map(|other| other.to_string()).collect()]);
+            }
+        }
+        sets
+    }
+
     /// Whether a deficit on left-out recordings leaves it open which of the two is right.
     fn is_tie(&self, deficits: &[f64]) -> bool {
         let (sum, _) = sum_and_z(deficits);
@@ -342,15 +387,26 @@ impl<'a> Search<'a> {
     /// How large each absent effect would have to be to gain 12 (3.5 σ) on these recordings.
     fn visible(&self, best: &Tried) -> BTreeMap<String, f64> {
         let there = best.ids();
-        let absent: Vec<&&Kind<Axis>> = self.kinds.iter().filter(|kind| !there.contains(&kind.id.to_string())).collect();
-        let of = |kind: &&&Kind<Axis>| {
-            let chosen = Chosen::at_start(kind);
-            let size = (chosen.values[0] - kind.params[0].off).abs();
-            let information = self.signature(&best.fit, &chosen).information;
-            (kind.id.to_string(), size * libm::sqrt(12.0 / information))
-        };
-        let sizes: Vec<(String, f64)> = absent.par_iter().map(of).collect();
-        sizes.into_iter().filter(|(_, size)| size.is_finite()).collect()
+        let absent: Vec<&&Kind<Axis>> =
+            self.kinds.iter().filter(|kind| !there.contains(&kind.id.to_string())).collect();
+        let of = |kind: &&&Kind<Axis>| self.least_visible(&best.fit, kind).map(|size| (kind.id.to_string(), size));
+        absent.par_iter().filter_map(of).collect::<Vec<_>>().into_iter().collect()
+    }
+
+    fn least_visible(&self, fit: &Fit, kind: &Kind<Axis>) -> Option<f64> {
+        let at = kind.size();
+        let param = &kind.params[at];
+        let mut chosen = Chosen::at_start(kind);
+        if param.off > 100.0 * param.lower {
+            // A frequency: the higher, the less of the effect. The highest one of a grid that would still show.
+            return (0..20).map(|i| 400.0 * libm::pow(0.8, f64::from(i))).find(|frequency| {
+                chosen.values[at] = *frequency;
+                self.signature(fit, &chosen).information >= VISIBLE_GAIN
+            });
+        }
+        let size = (chosen.values[at] - param.off).abs();
+        let least = size * libm::sqrt(VISIBLE_GAIN / self.signature(fit, &chosen).information);
+        least.is_finite().then_some(least)
     }
 
     /// Whether every effect of a set is at least this far from doing nothing, in standard deviations.
@@ -358,8 +414,10 @@ impl<'a> Search<'a> {
         let deviations = fit.deviations();
         let of = |e: usize| {
             let kind = &fit.trial.effects[e].kind;
-            let at = fit.knobs.iter().position(|knob| *knob == Knob::Effect(e, 0));
-            let far = at.map_or(0.0, |at| (fit.trial.get(&fit.knobs[at]) - kind.params[0].off).abs() / deviations[at]);
+            let size = kind.size();
+            let at = fit.knobs.iter().position(|knob| *knob == Knob::Effect(e, size));
+            let far =
+                at.map_or(0.0, |at| (fit.trial.get(&fit.knobs[at]) - kind.params[size].off).abs() / deviations[at]);
             (kind.id.to_string(), far)
         };
         (0..fit.trial.effects.len()).map(of).collect()
@@ -370,7 +428,10 @@ impl<'a> Search<'a> {
 fn starts(kind: &Kind<Axis>) -> Vec<Chosen> {
     let mut all: Vec<Vec<f64>> = vec![Vec::new()];
     for param in &kind.params {
-        all = all.iter().flat_map(|head| param.starts.iter().map(move |start| [head.as_slice(), &[*start]].concat())).collect();
+        all = all
+            .iter()
+            .flat_map(|head| param.starts.iter().map(move |start| [head.as_slice(), &[*start]].concat()))
+            .collect();
     }
     all.into_iter().map(|values| Chosen { kind: kind.clone(), values }).collect()
 }

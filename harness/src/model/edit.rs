@@ -20,20 +20,21 @@ impl EffectText {
     /// Reads `id[:param=value[,param=value…]]` and checks it against the catalogue.
     pub fn parse(text: &str, catalog: &Catalog<Axis>) -> Result<Self, Error> {
         let (id, rest) = text.split_once(':').unwrap_or((text, ""));
-        let kind = catalog
-            .get(id)
-            .ok_or_else(|| Error::new(unknown_effect(id, catalog)).place(format!("argument {text:?}")).help("see all of them with: dockhil effect list"))?;
+        let kind = catalog.get(id).ok_or_else(|| {
+            Error::new(unknown_effect(id, catalog))
+                .place(format!("argument {text:?}"))
+                .help("see all of them with: dockhil effect list")
+        })?;
         let mut values = Vec::new();
         for pair in rest.split([',', ':']).filter(|pair| !pair.is_empty()) {
             let names = || kind.params.iter().map(|param| param.name.as_ref()).collect::<Vec<_>>().join(", ");
             let bad = |what: String, help: String| Error::new(what).place(format!("argument {text:?}")).help(help);
-            let (name, number) =
-                pair.split_once('=').ok_or_else(|| bad(format!("{pair:?} is not param=value"), format!("the parameters of {id} are: {}", names())))?;
-            let param = kind
-                .params
-                .iter()
-                .find(|param| param.name == name)
-                .ok_or_else(|| bad(format!("effect {id} has no parameter {name}"), format!("its parameters are: {}", names())))?;
+            let (name, number) = pair.split_once('=').ok_or_else(|| {
+                bad(format!("{pair:?} is not param=value"), format!("the parameters of {id} are: {}", names()))
+            })?;
+            let param = kind.params.iter().find(|param| param.name == name).ok_or_else(|| {
+                bad(format!("effect {id} has no parameter {name}"), format!("its parameters are: {}", names()))
+            })?;
             let number: f64 = number
                 .parse()
                 .map_err(|_| bad(format!("{number:?} is not a number"), format!("give {name} in {}", param.unit)))?;

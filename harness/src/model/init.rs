@@ -1,6 +1,9 @@
 //! The nominal model, written from a recording's own `session` record: what its operator believes.
 
-use super::{ContactModel, Model, PlantModel, ReadoutModel, Repeatability, RigKind, SensorModel, TimingModel, VirtualContactModel};
+use super::{
+    ContactModel, Model, PlantModel, ReadoutModel, Repeatability, RigKind, SensorModel, TimingModel,
+    VirtualContactModel,
+};
 use crate::error::Error;
 use crate::recording::{Kind, Session};
 
@@ -54,7 +57,9 @@ pub fn from_session(session: &Session) -> Result<Model, Error> {
 /// A drive says nothing of itself: the mass and the friction are found by the first fit.
 fn drive(session: &Session) -> Result<Model, Error> {
     let measured = session.measured.as_ref().ok_or_else(|| {
-        Error::new("a drive without a measured position").file(&session.file).help("name the column in the map: measured = …")
+        Error::new("a drive without a measured position")
+            .file(&session.file)
+            .help("name the column in the map: measured = …")
     })?;
     let period_ns = crate::case::median_period_ns(&measured.time_ns);
     let period_s = (period_ns as f64 * 1e-6).round() * 1e-3;
@@ -63,7 +68,11 @@ fn drive(session: &Session) -> Result<Model, Error> {
         name: "nominal".into(),
         rig: RigKind::Drive,
         plant: PlantModel { mass_kg: session.believed_f64_or("mass_kg", 100.0)? },
-        contact: ContactModel { stiffness_n_per_m: 0.0, damping_n_s_per_m: session.believed_f64_or("damping_n_s_per_m", 100.0)?, offset_n: 0.0 },
+        contact: ContactModel {
+            stiffness_n_per_m: 0.0,
+            damping_n_s_per_m: session.believed_f64_or("damping_n_s_per_m", 100.0)?,
+            offset_n: 0.0,
+        },
         timing: TimingModel {
             loop_period_s: period_s,
             sensor_period_s: period_s,

@@ -13,7 +13,7 @@ use std::path::Path;
 mod edit;
 mod init;
 mod schema;
-pub use edit::{EffectText, Editor};
+pub use edit::{Editor, EffectText};
 pub use init::from_session;
 pub use schema::schema;
 
@@ -209,9 +209,9 @@ impl Model {
     /// Reads a model file.
     pub fn read(path: &Path, catalog: &Catalog<Axis>) -> Result<Self, Error> {
         let text = std::fs::read_to_string(path).map_err(|error| {
-            Error::new(format!("cannot read the model: {error}")).file(path).help(
-                "check the path, or write a nominal model with: dockhil model init RECORDING.mcap -o MODEL.toml",
-            )
+            Error::new(format!("cannot read the model: {error}"))
+                .file(path)
+                .help("check the path, or write a nominal model with: dockhil model init RECORDING.mcap -o MODEL.toml")
         })?;
         Model::parse(&path.display().to_string(), &text, catalog)
     }
@@ -220,9 +220,10 @@ impl Model {
     pub fn parse(name: &str, text: &str, catalog: &Catalog<Axis>) -> Result<Self, Error> {
         let model: Model = toml::from_str(text).map_err(|error| {
             let span = error.span().unwrap_or(0..0);
-            Error::new(error.message().replace('\n', " ")).file(name).span(text, span).help(
-                "see the keys that are known with: dockhil model schema",
-            )
+            Error::new(error.message().replace('\n', " "))
+                .file(name)
+                .span(text, span)
+                .help("see the keys that are known with: dockhil model schema")
         })?;
         model.check(name, text, catalog)?;
         Ok(model)
@@ -276,7 +277,8 @@ impl Model {
                 "the robot draws a straight line to a command that it must know: give at least one loop period",
             );
         }
-        for (key, period_s) in [("timing.loop_period_s", timing.loop_period_s), ("timing.sensor_period_s", timing.sensor_period_s)]
+        for (key, period_s) in
+            [("timing.loop_period_s", timing.loop_period_s), ("timing.sensor_period_s", timing.sensor_period_s)]
         {
             let ratio = period_s / timing.physics_step_s;
             if (ratio - ratio.round()).abs() > 1e-6 {
@@ -295,7 +297,11 @@ impl Model {
             Err(Error::new(what).file(name).span(text, key_span(text, key)).help(help))
         };
         let Some(kind) = catalog.get(&effect.id) else {
-            return at(unknown_effect(&effect.id, catalog), &effect.id, "see all of them with: dockhil effect list".into());
+            return at(
+                unknown_effect(&effect.id, catalog),
+                &effect.id,
+                "see all of them with: dockhil effect list".into(),
+            );
         };
         let fits = match self.rig {
             RigKind::Docking => kind.rigs != Where::Drive,
@@ -316,8 +322,10 @@ impl Model {
                 return at(what, &effect.id, format!("add {} = a number in {}", param.name, param.unit));
             };
             if !(value >= param.lower && value <= param.upper) {
-                let what =
-                    format!("{}.{} = {value} {} is outside [{}, {}]", effect.id, param.name, param.unit, param.lower, param.upper);
+                let what = format!(
+                    "{}.{} = {value} {} is outside [{}, {}]",
+                    effect.id, param.name, param.unit, param.lower, param.upper
+                );
                 return at(what, &param.name, "give a value inside, or remove the effect".into());
             }
         }

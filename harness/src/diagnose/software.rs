@@ -1,0 +1,244 @@
+//! The software block: recorded force in, commanded pose out. It is our own arithmetic, so it closes to rounding, whatever is
+//! missing in the hardware; what does not close names a wrong clock, mass or compensator before anything else is blamed.
+//!
+//! For every tick, `x₊ - 2x + x₋ = -(F + F₋) T² / (2m)`, with F from the sample that carries the tick's own stamp and from the
+//! pose that the controller had at hand (its own, without read-out noise). Where that pose follows from the commands (dead time
+//! and read-back), nothing in it is fitted. An extra delay on the way shows itself in the virtual force and is found exactly.
+
+use crate::blocks::{self, Base};
+use crate::case::Case;
+use crate::model::{Chosen, Model};
+use serde::Serialize;
+use sim_core::closed_loop::{Clamps, ClosedLoop, Start};
+use sim_core::effect::Attached;
+use sim_core::force_sensor::SensorNoise;
+use sim_core::rng::Streams;
+use sim_core::time::Nanos;
+use sim_core::trace::{Columns, Trace};
+
+/// A block that closes this well is our own software, recomputed: a hundred times the rounding of a metre, far below a
+/// micrometre of anything real.
+pub const CLOSED_M: f64 = 1e-9;
+/// Furthest shift between the two clocks that is searched, in samples of the force sensor.
+const SHIFT_MAX: i64 = 60;
+/// Ticks with a felt force above this take part: below it the dead band may have acted either way.
+const FELT_N: f64 = 1.0;
+
+/// What the software block says of one recording.
+#[derive(Debug, Clone, Serialize)]
+pub struct Software {
+    /// Largest difference between recorded and recomputed command, as the model stands, in m; `None` where nothing closes the
+    /// loop (no satellites).
+    pub closure_m: Option<f64>,
+    /// The same with what was found below.
+    pub closure_found_m: Option<f64>,
+    /// By how much the force's stamps are late against the robot's, in s, if another sample than the tick's own was used.
+    pub clock_offset_s: f64,
+    /// Mass that the recording was made with, over the mass that its record or the model declares.
+    pub mass_ratio: f64,
+    /// Bias that the compensator took out, beyond the declared one, in N.
+    pub bias_error_n: f64,
+    /// Delay of the controller's own pose, beyond the declared delays, in s, where the virtual force shows it.
+    pub pose_delay_s: Option<f64>,
+}
+
+impl Software {
+    /// Whether our own software, as the model describes it, made this recording.
+    pub fn closes(&self) -> bool {
+        self.closure_m.is_none_or(|closure_m| closure_m < CLOSED_M)
+    }
+
+    /// Whether it does with what was found.
+    pub fn explained(&self) -> bool {
+        self.closes() || self.closure_found_m.is_some_and(|closure_m| closure_m < CLOSED_M)
+    }
+}
+
+/// Largest difference between the recorded commands and those that our software makes of the recorded force.
+pub fn closure_m(model: &Model, case: &Case, effects: &[Chosen], mass_ratio: f64) -> f64 {
+    let (commanded, _) = recomputed(model, case, &Inputs { mass_ratio, ..Inputs::plain(effects) });
+    let pairs = case.commanded.iter().zip(&commanded).zip(&case.commanded_known);
+    pairs.filter(|(_, known)| **known).map(|((a, b), _)| (a.position_m - b).abs()).fold(0.0, f64::max)
+}
+
+/// What the recomputation is given.
+struct Inputs<'a> {
+    effects: &'a [Chosen],
+    mass_ratio: f64,
+    bias_error_n: f64,
+    shift: i64,
+    /// Whether the commands are clamped to the recording, so that errors do not add up.
+    clamped: bool,
+}
+
+impl<'a> Inputs<'a> {
+    fn plain(effects: &'a [Chosen]) -> Self {
+        Inputs { effects, mass_ratio: 1.0, bias_error_n: 0.0, shift: 0, clamped: false }
+    }
+}
+
+/// Commands and net forces that our software makes of the recorded force.
+fn recomputed(model: &Model, case: &Case, inputs: &Inputs<'_>) -> (Vec<f64>, Vec<f64>) {
+    let mut rig = blocks::docking_rig(model, &Base::of(model), case.mass_kg * inputs.mass_ratio);
+    rig.compensator.bias_n += inputs.bias_error_n;
+    let on_path = inputs.effects.iter().filter(|chosen| blocks::is_on_path(&chosen.kind.wires));
+    let attached: Vec<Attached<_>> = on_path.map(Chosen::attach).collect();
+    let sensed: Vec<f64> = (0..case.sensed_n.value.len() as i64)
+        .map(|tick| case.sensed_n.value[(tick + inputs.shift).clamp(0, case.sensed_n.value.len() as i64 - 1) as usize])
+        .collect();
+    let clamps = Clamps {
+        sensed: Some(&sensed),
+        commanded: if inputs.clamped { Some(&case.commanded) } else { None },
+        ..Clamps::default()
+    };
+    let start = Start {
+        first: case.first,
+        from: Nanos(0),
+        until: case.until,
+        noise: SensorNoise::NONE,
+        streams: Streams::new(0),
+    };
+    let mut trace = Trace::default();
+    let columns = Columns { loop_ticks: true, sensor_ticks: false, achieved: false, measured: false };
+    ClosedLoop::new(&rig, &attached, case.rates).run(&start, &clamps, columns, &mut trace);
+    (trace.commanded.iter().map(|motion| motion.position_m).collect(), trace.feedback)
+}
+
+/// One tick of the balance.
+struct Balance {
+    /// What the recorded commands say: `-(x₊ - 2x + x₋) 2m / T²`, in N.
+    acted_n: f64,
+    /// What the software would have felt, `F + F₋`, in N.
+    felt_n: f64,
+}
+
+fn balance(model: &Model, case: &Case, inputs: &Inputs<'_>) -> Vec<Balance> {
+    let (_, feedback) = recomputed(model, case, &Inputs { clamped: true, ..*inputs });
+    let factor = 2.0 * case.mass_kg / (case.rates.loop_period.seconds() * case.rates.loop_period.seconds());
+    let x = |tick: usize| case.commanded[tick].position_m;
+    let whole = |tick: usize| case.commanded_known[tick - 1..=tick + 1].iter().all(|known| *known);
+    (1..case.commanded.len() - 1)
+        .filter(|&tick| whole(tick))
+        .map(|tick| Balance {
+            acted_n: -(x(tick + 1) - 2.0 * x(tick) + x(tick - 1)) * factor,
+            felt_n: feedback[tick] + feedback[tick - 1],
+        })
+        .filter(|balance| balance.felt_n.abs() > 2.0 * FELT_N)
+        .collect()
+}
+
+/// Root mean square of what does not balance, in N, and the mass ratio and bias error that leave least: `acted = felt / r + c`.
+fn left_over(balances: &[Balance]) -> (f64, f64, f64) {
+    let n = balances.len() as f64;
+    if balances.len() < 10 {
+        return (f64::INFINITY, 1.0, 0.0);
+    }
+    let mean = |of: &dyn Fn(&Balance) -> f64| balances.iter().map(of).sum::<f64>() / n;
+    let (fx, fy) = (mean(&|b| b.felt_n), mean(&|b| b.acted_n));
+    let sxx = mean(&|b| (b.felt_n - fx) * (b.felt_n - fx));
+    let sxy = mean(&|b| (b.felt_n - fx) * (b.acted_n - fy));
+    let slope = if sxx > 0.0 { sxy / sxx } else { 1.0 };
+    let offset = fy - slope * fx;
+    let left = |b: &Balance| b.acted_n - slope * b.felt_n - offset;
+    (libm::sqrt(mean(&|b| left(b) * left(b))), 1.0 / slope, offset)
+}
+
+/// Examines one recording. `effects` are those of the model that is examined.
+pub fn examine(model: &Model, case: &Case, effects: &[Chosen], delay: &crate::model::Chosen) -> Software {
+    let mut software = Software {
+        closure_m: None,
+        closure_found_m: None,
+        clock_offset_s: 0.0,
+        mass_ratio: 1.0,
+        bias_error_n: 0.0,
+        pose_delay_s: None,
+    };
+    if !case.is_impact() {
+        return software;
+    }
+    software.closure_m = Some(closure_m(model, case, effects, 1.0));
+    if software.closes() {
+        software.pose_delay_s = shows_pose(model).then_some(0.0);
+        return software;
+    }
+    let (shift, mut best) = best_shift(model, case, effects);
+    let mut with = effects.to_vec();
+    if shows_pose(model) && best.0 > 1e-6 {
+        if let Some((delay_s, found)) = best_delay(model, case, effects, delay, shift) {
+            if found.0 < 0.5 * best.0 {
+                best = found;
+                with = with_delay(effects, delay, delay_s);
+                software.pose_delay_s = Some(delay_s);
+            }
+        }
+    }
+    // Shares of the mass and forces below these are rounding, not findings.
+    let (ratio, bias_n) = (best.1, best.2 / 2.0);
+    software.mass_ratio = if (ratio - 1.0).abs() > 1e-7 { ratio } else { 1.0 };
+    software.bias_error_n = if bias_n.abs() > 1e-7 { bias_n } else { 0.0 };
+    software.clock_offset_s = shift as f64 * case.rates.sensor_period.seconds();
+    let inputs = Inputs {
+        effects: &with,
+        mass_ratio: software.mass_ratio,
+        bias_error_n: software.bias_error_n,
+        shift,
+        clamped: false,
+    };
+    let (commanded, _) = recomputed(model, case, &inputs);
+    let differences = case.commanded.iter().zip(&commanded).map(|(a, b)| (a.position_m - b).abs());
+    software.closure_found_m = Some(differences.fold(0.0, f64::max));
+    software
+}
+
+fn shows_pose(model: &Model) -> bool {
+    model.virtual_contact.stiffness_n_per_m != 0.0 || model.virtual_contact.damping_n_s_per_m != 0.0
+}
+
+/// The shift of the force stream that balances best.
+fn best_shift(model: &Model, case: &Case, effects: &[Chosen]) -> (i64, (f64, f64, f64)) {
+    let at = |shift: i64| left_over(&balance(model, case, &Inputs { shift, ..Inputs::plain(effects) }));
+    let here = at(0);
+    let other = (-SHIFT_MAX..=SHIFT_MAX).map(|shift| (shift, at(shift))).min_by(|a, b| a.1.0.total_cmp(&b.1.0));
+    match other {
+        // Another sample must balance far better than the tick's own: noise alone prefers one shift or another.
+        Some((shift, found)) if found.0 < 0.3 * here.0 => (shift, found),
+        _ => (0, here),
+    }
+}
+
+fn with_delay(effects: &[Chosen], delay: &Chosen, delay_s: f64) -> Vec<Chosen> {
+    let mut with = effects.to_vec();
+    with.push(Chosen { values: vec![delay_s], ..delay.clone() });
+    with
+}
+
+/// The extra delay of the pose that balances best: a grid of half a loop period, then a golden section.
+fn best_delay(
+    model: &Model,
+    case: &Case,
+    effects: &[Chosen],
+    delay: &Chosen,
+    shift: i64,
+) -> Option<(f64, (f64, f64, f64))> {
+    let least_s = case.rates.loop_period.seconds() - model.timing.command_delay_s;
+    let at = |delay_s: f64| {
+        let with = with_delay(effects, delay, delay_s);
+        left_over(&balance(model, case, &Inputs { shift, ..Inputs::plain(&with) }))
+    };
+    let grid_s = 0.25 * case.rates.loop_period.seconds();
+    let start = (-16..=40)
+        .map(|i| i as f64 * grid_s)
+        .filter(|delay_s| *delay_s >= least_s)
+        .min_by(|a, b| at(*a).0.total_cmp(&at(*b).0))?;
+    let (mut low, mut high) = ((start - grid_s).max(least_s), start + grid_s);
+    const GOLDEN: f64 = 0.618_033_988_749_894_9;
+    for _ in 0..60 {
+        let (a, b) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
+        if at(a).0 <= at(b).0 { high = b } else { low = a }
+    }
+    // Controllers are set in round numbers: a delay within the last digit of one is that one.
+    let found = 0.5 * (low + high);
+    let round = libm::round(found * 1e5) / 1e5;
+    let best = if at(round).0 <= at(found).0 * 1.000_001 || (round - found).abs() < 1e-9 { round } else { found };
+    Some((best, at(best)))
+}
