@@ -10,10 +10,12 @@
     const { kind, length } = column;
     if (kind === "even") return Array.from({ length }, (_, i) => column.first + column.step * i);
     if (kind === "constant") return new Array(length).fill(column.value);
-    const bytes = atob(column.codes), range = (column.high - column.low) / 16777214;
+    const bytes = atob(column.codes), step = (column.high - column.low) / 16777214;
+    // A packed value is good to half a step: rounding to that many decimals gives back 0 for 0.
+    const power = 10 ** Math.min(15, Math.max(0, Math.floor(-Math.log10(step || 1))));
     return Array.from({ length }, (_, i) => {
       const code = bytes.charCodeAt(3 * i) | bytes.charCodeAt(3 * i + 1) << 8 | bytes.charCodeAt(3 * i + 2) << 16;
-      return code === 16777215 ? null : column.low + code * range;
+      return code === 16777215 ? null : Math.round((column.low + code * step) * power) / power + 0;
     });
   }
 
@@ -31,18 +33,20 @@
     const curves = panel.curves.map(curve => ({
       label: curve.label,
       stroke: () => css("--" + curve.role),
-      width: curve.role === "limit" ? 1 : 1.5,
+      width: { limit: 1, model: 2 }[curve.role] ?? 1.5,
       dash: curve.dash === null ? undefined : DASHES[curve.dash],
       spanGaps: false,
     }));
     const edge = { stroke: "transparent", points: { show: false } };
-    return [{}, ...curves, ...(panel.band ? [{ ...edge }, { ...edge }] : [])];
+    return [{}, ...(panel.band ? [{ ...edge }, { ...edge }] : []), ...curves];
   }
 
+  /* Index of the first curve: the edges of the band come before it, so that the band lies behind the curves. */
+  const firstCurve = panel => panel.band ? 3 : 1;
+
   function dataOf(panel) {
-    const columns = [panel.x, ...panel.curves.map(curve => curve.y)];
-    if (panel.band) columns.push(panel.band.high, panel.band.low);
-    return columns.map(unpack);
+    const band = panel.band ? [panel.band.high, panel.band.low] : [];
+    return [panel.x, ...band, ...panel.curves.map(curve => curve.y)].map(unpack);
   }
 
   /* Shades the contact behind the curves. */
@@ -78,10 +82,8 @@
       };
       const none = row === null || row === undefined;
       show(time, none ? "" : at(0, panel.x_unit));
-      panel.curves.forEach((_, i) => show(entries[i], none ? "" : at(i + 1, panel.unit)));
-      if (!panel.band) return;
-      const high = panel.curves.length + 1;
-      show(entries[high - 1], none ? "" : at(high + 1, "") + "to " + at(high, panel.unit));
+      panel.curves.forEach((_, i) => show(entries[i], none ? "" : at(i + firstCurve(panel), panel.unit)));
+      if (panel.band) show(entries[panel.curves.length], none ? "" : at(2, "") + "to " + at(1, panel.unit));
     };
     return { hooks: { ready: setDecimals, setCursor } };
   }
@@ -89,15 +91,14 @@
   function options(panel, figure, group, withLabel) {
     const axis = { stroke: () => css("--soft"), font: FONT, labelFont: FONT, labelSize: 20, labelGap: 0,
       values: tickTexts, grid: { stroke: () => css("--grid"), width: 1 }, ticks: { show: false }, gap: 6 };
-    const high = panel.curves.length + 1;
     const fill = () => css("--measured") + Math.round(255 * Number(css("--band"))).toString(16).padStart(2, "0");
     return {
-      width: figure.clientWidth, height: panel.height + (withLabel ? 20 : 0), padding: [8, 12, 0, 0],
+      width: figure.clientWidth, height: panel.height + (withLabel ? 20 : 0), padding: [8, 20, 0, 0],
       legend: { show: false },
       scales: { x: { time: false } },
-      axes: [{ ...axis, size: 24, label: withLabel ? panel.x_label : undefined }, { ...axis, size: 66, space: 30 }],
+      axes: [{ ...axis, size: 24, label: withLabel ? panel.x_label : undefined }, { ...axis, size: 66, space: 22 }],
       series: seriesOf(panel),
-      bands: panel.band ? [{ series: [high, high + 1], fill }] : [],
+      bands: panel.band ? [{ series: [1, 2], fill }] : [],
       cursor: {
         sync: { key: group.key, scales: ["x", null] }, drag: { x: true, y: false }, y: false, points: { size: 7 },
         bind: { dblclick: () => () => { group.show(...group.extent); return null; } },
@@ -140,7 +141,7 @@
 
     /* A name in the legend hides its curve; the last name is the band. */
     toggle(entry, plot, panel, index) {
-      const series = index < panel.curves.length ? [index + 1] : [index + 1, index + 2];
+      const series = index < panel.curves.length ? [index + firstCurve(panel)] : [1, 2];
       const act = () => {
         const on = !plot.series[series[0]].show;
         series.forEach(i => plot.setSeries(i, { show: on }));
@@ -217,7 +218,7 @@
       let width = 1;
       this.plots.forEach((plot, p) => {
         const { curves, band, y_label } = this.panels[p];
-        const names = [...curves.map(curve => curve.label), ...(band ? [band.label + ", high", band.label + ", low"] : [])];
+        const names = [...(band ? [band.label + ", high", band.label + ", low"] : []), ...curves.map(curve => curve.label)];
         head.push(...names.map(name => `${y_label}: ${name}`));
         plot.data[0].forEach((x, i) => {
           const key = Number(x.toPrecision(9));
@@ -253,8 +254,9 @@
           left += ink.measureText(text).width + 16 * ratio;
         };
         write(y_label, css("--fg"));
-        curves.forEach(curve => write(curve.label, css("--" + curve.role)));
-        if (band) write(band.label, css("--soft"));
+        const { series } = this.plots[p], first = firstCurve(this.panels[p]);
+        curves.forEach((curve, i) => series[first + i].show && write(curve.label, css("--" + curve.role)));
+        if (band && series[1].show) write(band.label, css("--soft"));
         ink.drawImage(canvas, 0, top + head);
         top += head + canvas.height;
       });

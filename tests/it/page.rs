@@ -136,7 +136,10 @@ fn tables() -> Vec<Table> {
             "An effect that would change nothing by more than the noise cannot be found here.",
             Section::Missing,
             &["effect", "greatest change", "why"],
-            &[(None, &["transport delay", "0.04 N", "the stiffness is in hardware, so the force hardly sees the delay"])],
+            &[(
+                None,
+                &["transport delay", "0.04 N", "the stiffness is in hardware, so the force hardly sees the delay"],
+            )],
         ),
         table(
             "Quantities of interest",
@@ -301,7 +304,8 @@ fn html_stays_small() {
 #[test]
 fn html_loads_nothing() {
     let html = html(&page(1, 300));
-    for loader in ["src=", "href=\"h", " url(", ":url(", "@import", "<link", "fetch(", "XMLHttp", "import(", "<iframe"] {
+    for loader in ["src=", "href=\"h", " url(", ":url(", "@import", "<link", "fetch(", "XMLHttp", "import(", "<iframe"]
+    {
         assert!(!html.contains(loader), "the page contains {loader}");
     }
     assert!(html.contains("default-src 'none'"));

@@ -6,8 +6,8 @@ use super::axis::{Axis, coordinate as xy, path};
 use super::page::{Role, XyCurve, XyPlot};
 use super::still::{class, frame};
 
-const WIDTH: f64 = 560.0;
-const HEIGHT: f64 = 400.0;
+const WIDTH: f64 = 480.0;
+const HEIGHT: f64 = 360.0;
 const LEFT: f64 = 64.0;
 const RIGHT: f64 = 14.0;
 const TOP: f64 = 10.0;

@@ -74,7 +74,7 @@ pub(super) fn dashes(curves: &[Curve]) -> Vec<String> {
 /// Grid, ticks and numbers of both axes.
 pub(super) fn frame(x: &Axis, y: &Axis) -> String {
     let mut svg = String::from(r#"<g class="axis">"#);
-    for (value, text) in y.ticks(34.0) {
+    for (value, text) in y.ticks(28.0) {
         let at = y.at(value);
         let line = format!(r#"<path d="M{} {}H{}"/>"#, xy(x.from), xy(at), xy(x.to));
         svg.push_str(&line);
@@ -133,4 +133,3 @@ fn thin<'a>(x: &'a [f64], y: &'a [Option<f64>]) -> impl Iterator<Item = Option<(
         line.chain(has_gap.then_some(None))
     })
 }
-

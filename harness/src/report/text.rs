@@ -25,7 +25,7 @@ const FLOOR_MARK: char = '┊';
 /// Signals and loops need the HTML page; everything else is here. Control characters in names are blanked.
 pub fn text(page: &Page, width: usize) -> String {
     let width = width.clamp(WIDTH_MIN, WIDTH_MAX);
-    let mut lines = wrap(&&page.title, width);
+    let mut lines = wrap(&page.title, width);
     for section in Section::ALL.into_iter().filter(|section| page.has(*section)) {
         let own = own_lines(page, section, width);
         let tables: Vec<String> = page.tables_in(section).flat_map(|table| table_lines(table, width)).collect();
@@ -55,9 +55,7 @@ fn own_lines(page: &Page, section: Section, width: usize) -> Vec<String> {
         Section::Ladder => page.ladder.iter().flat_map(|ladder| ladder_lines(ladder, width)).collect(),
         Section::Provenance => {
             let key_width = page.provenance.iter().map(|(key, _)| key.chars().count()).max().unwrap_or(0).min(24);
-            let line = |(key, value): &(String, String)| {
-                indented(value, &format!("  {:<key_width$}  ", key), width)
-            };
+            let line = |(key, value): &(String, String)| indented(value, &format!("  {:<key_width$}  ", key), width);
             page.provenance.iter().flat_map(line).collect()
         }
         Section::Verdict | Section::Signals | Section::Loops | Section::Missing | Section::Quantities => Vec::new(),
@@ -67,7 +65,7 @@ fn own_lines(page: &Page, section: Section, width: usize) -> Vec<String> {
 /// Wraps a text behind a first word; following lines are indented as far.
 fn indented(text: &str, first: &str, width: usize) -> Vec<String> {
     let indent = first.chars().count();
-    let body = wrap(&text, width.saturating_sub(indent).max(BODY_MIN));
+    let body = wrap(text, width.saturating_sub(indent).max(BODY_MIN));
     let line = |(index, part): (usize, String)| match index {
         0 => format!("{first}{part}"),
         _ => format!("{:indent$}{part}", ""),
@@ -100,9 +98,10 @@ fn table_lines(table: &Table, width: usize) -> Vec<String> {
     let marked = table.rows.iter().any(|row| row.tone.is_some());
     let first = |text: &str| marked.then(|| text.to_owned()).into_iter();
     let head = first("").chain(table.columns.iter().map(|column| column.label.clone())).collect();
-    let rows = table.rows.iter().map(|row| {
-        first(row.tone.map_or("", Tone::mark)).chain(row.cells.iter().cloned()).collect::<Vec<String>>()
-    });
+    let rows = table
+        .rows
+        .iter()
+        .map(|row| first(row.tone.map_or("", Tone::mark)).chain(row.cells.iter().cloned()).collect::<Vec<String>>());
     let columns = table.columns.iter().map(|column| column.align_right);
     let align_right: Vec<bool> = marked.then_some(false).into_iter().chain(columns).collect();
     let mut lines = titled(&table.title, &table.note, width);
@@ -200,7 +199,7 @@ fn channel_lines(channel: &LadderChannel, width: usize) -> Vec<String> {
     let mut lines = indented(&format!("{} in {}", channel.label, channel.unit), "  ", width);
     for (step, value) in channel.steps.iter().zip(&values) {
         let bar = bar(cells(step.value), floor_at);
-        let names = wrap(&&step.label, label_width);
+        let names = wrap(&step.label, label_width);
         for (index, name) in names.iter().enumerate() {
             let tail = if index == 0 { format!("  {value:>value_width$}  {bar}") } else { String::new() };
             lines.push(format!("    {name:<label_width$}{tail}"));
