@@ -9,3 +9,5 @@ pub mod error;
 pub mod files;
 pub mod model;
 pub mod recording;
+//! Harness.
+pub mod report;

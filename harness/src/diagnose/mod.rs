@@ -1,5 +1,6 @@
 //! What is missing in a model.
 
+pub mod answer;
 pub mod fit;
 pub mod noise;
 pub mod problem;

@@ -26,13 +26,17 @@ pub struct Rules {
     /// Share of the gains that recordings may lose together: as long as a second effect is missing, the first one costs a little
     /// where the second one is large.
     pub loss_share: f64,
+    /// An effect that imitated an accepted one, by this share of its gain, is its shadow …
+    pub shadow_gain: f64,
+    /// … and is added beside it only if it is worth this share of it: otherwise only the exact form differs.
+    pub shadow_worth: f64,
     /// A parameter is at least this many standard deviations away from doing nothing.
     pub significance: f64,
 }
 
 impl Default for Rules {
     fn default() -> Self {
-        Rules { effects_max: 4, finalists: 6, gain_min: 6.0, gain_certain: 25.0, loss_share: 0.02, significance: 2.0 }
+        Rules { effects_max: 4, finalists: 6, gain_min: 6.0, gain_certain: 25.0, loss_share: 0.02, shadow_gain: 0.5, shadow_worth: 0.1, significance: 2.0 }
     }
 }
 
@@ -166,7 +170,7 @@ impl<'a> Search<'a> {
         let mut rankings = Vec::new();
         for step in 0..self.rules.effects_max {
             (self.progress)(&format!("step {}: trying {} effects", step + 1, self.kinds.len()));
-            let (ranking, next) = self.extend(&best);
+            let (ranking, next) = self.extend(&best, &rankings);
             rankings.push(ranking);
             let Some(next) = next else { break };
             best = self.prune(self.swap(next));
@@ -179,7 +183,7 @@ impl<'a> Search<'a> {
     }
 
     /// Tries every effect on top of a set.
-    fn extend(&self, current: &Tried) -> (Vec<Ranked>, Option<Tried>) {
+    fn extend(&self, current: &Tried, before: &[Vec<Ranked>]) -> (Vec<Ranked>, Option<Tried>) {
         let mut fits = self.additions(current);
         fits.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
         let mut ranking: Vec<Ranked> = fits
@@ -192,7 +196,10 @@ impl<'a> Search<'a> {
             })
             .collect();
         let mut finalists: Vec<(usize, Tried)> = Vec::new();
-        for (row, (_, fit)) in fits.iter().enumerate() {
+        for (row, (id, fit)) in fits.iter().enumerate() {
+            if self.is_shadow(id, ranking[row].gain, before) {
+                continue;
+            }
             if finalists.len() < self.rules.finalists && ranking[row].gain > self.rules.gain_min / 2.0 {
                 finalists.push((row, self.tried(fit.clone())));
             }
@@ -217,6 +224,17 @@ impl<'a> Search<'a> {
             }
         }
         (ranking, next)
+    }
+
+    /// Whether an effect that imitated an accepted one would now be added for a trifle.
+    fn is_shadow(&self, id: &str, gain: f64, before: &[Vec<Ranked>]) -> bool {
+        before.iter().any(|ranking| {
+            let accepted = ranking.iter().find(|row| row.accepted);
+            let own = ranking.iter().find(|row| row.id == id);
+            accepted.zip(own).is_some_and(|(accepted, own)| {
+                own.gain > self.rules.shadow_gain * accepted.gain && gain < self.rules.shadow_worth * accepted.gain
+            })
+        })
     }
 
     /// Whether gains on left-out recordings are enough.
