@@ -9,5 +9,4 @@ pub mod error;
 pub mod files;
 pub mod model;
 pub mod recording;
-//! Harness.
 pub mod report;

@@ -1,5 +1,5 @@
 //! One integration binary.
 
 mod effects;
-mod recording;
 mod page;
+mod recording;

@@ -36,7 +36,16 @@ pub struct Rules {
 
 impl Default for Rules {
     fn default() -> Self {
-        Rules { effects_max: 4, finalists: 6, gain_min: 6.0, gain_certain: 25.0, loss_share: 0.02, shadow_gain: 0.5, shadow_worth: 0.1, significance: 2.0 }
+        Rules {
+            effects_max: 4,
+            finalists: 6,
+            gain_min: 6.0,
+            gain_certain: 25.0,
+            loss_share: 0.02,
+            shadow_gain: 0.5,
+            shadow_worth: 0.1,
+            significance: 2.0,
+        }
     }
 }
 

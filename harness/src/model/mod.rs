@@ -336,9 +336,8 @@ impl Model {
 impl EffectModel {
     /// With the values of this table.
     fn chosen(&self, kind: &Kind<Axis>) -> Chosen {
-        let value = |param: &Param| {
-            self.values.get(param.name.as_ref()).copied().or(param.default).unwrap_or(param.off)
-        };
+        let value =
+            |param: &Param| self.values.get(param.name.as_ref()).copied().or(param.default).unwrap_or(param.off);
         Chosen { kind: kind.clone(), values: kind.params.iter().map(value).collect() }
     }
 }
