@@ -3,67 +3,68 @@ use harness::*;
 use std::path::PathBuf;
 fn main() {
     let args: Vec<String> = std::env::args().collect();
-    let dir = PathBuf::from(&args[1]);
     let catalog = sim_core::effects::standard();
+    let t = std::time::Instant::now();
+    let prog = |s: &str| if std::env::var("V").is_ok() { println!("  .. {s} {:?}", t.elapsed()) };
+    if args[1] == "emps" {
+        let map = recording::Map::parse("emps", &std::fs::read_to_string("/work/main/fixtures/maps/emps.toml").unwrap()).unwrap();
+        let opts = recording::ReadOptions { map, ..Default::default() };
+        let r = |n: &str| recording::read(&PathBuf::from(n), &opts).map_err(|e| println!("{e}")).unwrap();
+        let mut a = vec![r("/work/shared/data/real/emps/DATA_EMPS.csv")]; let mut b = vec![r("/work/shared/data/real/emps/DATA_EMPS_PULSES.csv")];
+        if args.len() > 2 { std::mem::swap(&mut a, &mut b); }
+        let m = model::from_session(&a[0]).unwrap();
+        let o = diagnose::diagnose(&diagnose::Request { model: &m, catalog: &catalog, learn: &a, aux: &[], test: &b, rules: Default::default(), progress: &prog }).map_err(|e| println!("{e}")).unwrap();
+        for s in &o.diagnosis.sentences { println!("   {s}"); }
+        for r in o.diagnosis.ranking.iter().take(30) { println!("{} {:22} {:9.1} {:?} {} {}", r.step, r.effect, r.gain, r.held_out_gain, r.wins, r.accepted); }
+        println!("{:?} {:?}", o.diagnosis.groups, o.diagnosis.base_parameters);
+        println!("{:?} {:?}", o.ladder, t.elapsed());
+        return;
+    }
+    if std::env::var("DBG").is_ok() {
+        let dir = PathBuf::from(&args[1]);
+        let opts = recording::ReadOptions::default();
+        let read = |n: &str| recording::read(&dir.join(n), &opts).map_err(|e| println!("{e}")).unwrap();
+        let ss: Vec<_> = ["learn_01.mcap","learn_02.mcap","learn_03.mcap","learn_04.mcap","learn_05.mcap","learn_06.mcap","excite.mcap","static.mcap"].iter().map(|n| read(n)).collect();
+        let m = model::from_session(&ss[0]).unwrap();
+        let cases: Vec<_> = ss.iter().map(|s| case::Case::of(s, &m).unwrap()).collect();
+        let noise = diagnose::noise::Noise::learn(cases.last(), &m);
+        let p = diagnose::problem::Problem::docking(&m, cases, noise);
+        let mut sc = Default::default();
+        for id in ["", "measurement-delay","command-delay","force-lag","coulomb-friction","stiffness-hardening","robot-second-order","hysteresis", "end-stop","maxwell-branch"] {
+            let mut tr = p.nominal(); if id != "" { tr.effects = vec![model::Chosen::at_start(catalog.get(id).unwrap())]; }
+            let t = std::time::Instant::now();
+            for i in 0..8 { p.residuals(i,&tr,&[0.0;3],&mut sc); }
+            let e = t.elapsed(); let t = std::time::Instant::now();
+            for i in 0..8 { p.residuals(i,&tr,&[0.0;3],&mut sc); }
+            println!("{id} eval {e:?} again {:?}", t.elapsed());
+            let t = std::time::Instant::now();
+            let f = diagnose::fit::fit(&p,&tr,&(0..8).collect::<Vec<_>>(),None,&mut sc);
+            println!("   fit {:?} cost {}", t.elapsed(), f.cost);
+        }
+        let r = p.residuals(6,&p.nominal(),&[0.0;3],&mut sc); let n=p.force_count(6); let z=&r[n..];
+        for l in 0..6 { println!("acf {l} {:.3}", z.iter().zip(&z[l..]).map(|(a,b)| a*b).sum::<f64>()/z.len() as f64); }
+        println!("mean z {}", z.iter().sum::<f64>()/z.len() as f64);
+        return;
+    }
+    let dir = PathBuf::from(&args[1]);
     let opts = recording::ReadOptions::default();
     let read = |n: &str| recording::read(&dir.join(n), &opts).map_err(|e| println!("{e}")).unwrap();
-    let names = [
-        "learn_01.mcap",
-        "learn_02.mcap",
-        "learn_03.mcap",
-        "learn_04.mcap",
-        "learn_05.mcap",
-        "learn_06.mcap",
-        "excite.mcap",
-        "static.mcap",
-    ];
-    let sessions: Vec<_> = names.iter().map(|n| read(n)).collect();
-    let m = model::from_session(&sessions[0]).unwrap();
-    let cases: Vec<_> = sessions.iter().map(|s| case::Case::of(s, &m).unwrap()).collect();
-    let noise = diagnose::noise::Noise::learn(cases.iter().find(|c| c.kind == recording::Kind::Static), &m);
-    println!("{noise:?}");
-    let t = std::time::Instant::now();
-    let p = diagnose::problem::Problem::docking(&m, cases, noise);
-    println!("problem {:?}", t.elapsed());
-    let mut sc = Default::default();
-    let t = std::time::Instant::now();
-    for _ in 0..10 {
-        for i in 0..8 {
-            p.residuals(i, &p.nominal(), &[0.0; 3], &mut sc);
-        }
+    let all = |v: &[&str]| v.iter().map(|n| read(n)).collect::<Vec<_>>();
+    let learn = all(&["learn_01.mcap","learn_02.mcap","learn_03.mcap","learn_04.mcap","learn_05.mcap","learn_06.mcap"]);
+    let aux = all(&["excite.mcap","static.mcap"]);
+    let test = all(&["test_07.mcap","test_08.mcap","test_09.mcap"]);
+    let m = model::from_session(&learn[0]).unwrap();
+    let o = diagnose::diagnose(&diagnose::Request { model: &m, catalog: &catalog, learn: &learn, aux: &aux, test: &test, rules: Default::default(), progress: &prog });
+    let o = match o { Ok(o) => o, Err(e) => { println!("ERROR {e}"); return; } };
+    let d = &o.diagnosis;
+    println!("VERDICT {} misfit {:.3} -> {:.3}  {:.1}s", d.verdict.id(), d.misfit_before, d.misfit_after, t.elapsed().as_secs_f64());
+    for s in &d.sentences { println!("   {s}"); }
+    for g in &d.groups { println!("  GROUP {:?} {:?} {:?} gain {:.0}", g.effects, g.alternatives, g.parameters, g.held_out_gain); }
+    for (k,t) in &d.test { println!("  TEST {k} {:.3e} {:.3e} floor {:.3e} ratio {:.3}", t.before, t.after, t.noise_floor, t.after/t.noise_floor); }
+    for s in &d.sessions { for n in &s.notes { println!("  NOTE {} {} {n}", s.file, s.odd); } }
+    if std::env::var("V").is_ok() {
+      for r in d.ranking.iter().filter(|r| r.gain > 3.0) { println!("{} {:22} {:9.1} {:?} {} {}", r.step, r.effect, r.gain, r.held_out_gain, r.wins, r.accepted); }
+      for c in &d.map { println!("{:?} {:?} {:.2} {:.2} {}", c.phase, c.channel, c.before, c.after, c.blocks); }
+      println!("{:?}", d.not_visible_below);
     }
-    println!("eval {:?}", t.elapsed() / 10);
-    let prog = |s: &str| println!("  .. {s} {:?}", t.elapsed());
-    let excl = ["command-loss", "command-jitter", "clock-offset"];
-    let s = diagnose::search::Search::new(&p, &catalog, &excl, Default::default(), &prog);
-    let f = s.run(&p.nominal());
-    println!("total {:?}", t.elapsed());
-    println!(
-        "base k {} b {} cost {} n {}",
-        f.base.fit.trial.base.stiffness_n_per_m,
-        f.base.fit.trial.base.damping_n_s_per_m,
-        f.base.fit.cost,
-        f.base.total()
-    );
-    for r in &f.rankings {
-        println!("--");
-        for x in r.iter().take(8) {
-            println!(
-                "{:22} gain {:9.1} held {:9.1} {:?} {}",
-                x.id,
-                x.gain,
-                x.gains.iter().sum::<f64>(),
-                x.gains.iter().map(|v| v.round()).collect::<Vec<_>>(),
-                x.accepted
-            );
-        }
-    }
-    for (k, v) in &f.ties {
-        println!("TIE {k} {:?} worth {}", v, f.worth[k]);
-    }
-    for c in &f.best.fit.trial.effects {
-        println!("FOUND {} {:?}", c.kind.id, c.values);
-    }
-    println!("sd {:?} base {:?} scatter {:?}", f.best.fit.deviations(), f.best.fit.trial.base, f.best.fit.scatter);
-    println!("visible {:?}", f.visible);
 }
