@@ -20,32 +20,6 @@ fn main() {
         println!("{:?} {:?}", o.ladder, t.elapsed());
         return;
     }
-    if std::env::var("DBG").is_ok() {
-        let dir = PathBuf::from(&args[1]);
-        let opts = recording::ReadOptions::default();
-        let read = |n: &str| recording::read(&dir.join(n), &opts).map_err(|e| println!("{e}")).unwrap();
-        let ss: Vec<_> = ["learn_01.mcap","learn_02.mcap","learn_03.mcap","learn_04.mcap","learn_05.mcap","learn_06.mcap","excite.mcap","static.mcap"].iter().map(|n| read(n)).collect();
-        let m = model::from_session(&ss[0]).unwrap();
-        let cases: Vec<_> = ss.iter().map(|s| case::Case::of(s, &m).unwrap()).collect();
-        let noise = diagnose::noise::Noise::learn(cases.last(), &m);
-        let p = diagnose::problem::Problem::docking(&m, cases, noise);
-        let mut sc = Default::default();
-        for id in ["", "measurement-delay","command-delay","force-lag","coulomb-friction","stiffness-hardening","robot-second-order","hysteresis", "end-stop","maxwell-branch"] {
-            let mut tr = p.nominal(); if id != "" { tr.effects = vec![model::Chosen::at_start(catalog.get(id).unwrap())]; }
-            let t = std::time::Instant::now();
-            for i in 0..8 { p.residuals(i,&tr,&[0.0;3],&mut sc); }
-            let e = t.elapsed(); let t = std::time::Instant::now();
-            for i in 0..8 { p.residuals(i,&tr,&[0.0;3],&mut sc); }
-            println!("{id} eval {e:?} again {:?}", t.elapsed());
-            let t = std::time::Instant::now();
-            let f = diagnose::fit::fit(&p,&tr,&(0..8).collect::<Vec<_>>(),None,&mut sc);
-            println!("   fit {:?} cost {}", t.elapsed(), f.cost);
-        }
-        let r = p.residuals(6,&p.nominal(),&[0.0;3],&mut sc); let n=p.force_count(6); let z=&r[n..];
-        for l in 0..6 { println!("acf {l} {:.3}", z.iter().zip(&z[l..]).map(|(a,b)| a*b).sum::<f64>()/z.len() as f64); }
-        println!("mean z {}", z.iter().sum::<f64>()/z.len() as f64);
-        return;
-    }
     let dir = PathBuf::from(&args[1]);
     let opts = recording::ReadOptions::default();
     let read = |n: &str| recording::read(&dir.join(n), &opts).map_err(|e| println!("{e}")).unwrap();
@@ -65,6 +39,6 @@ fn main() {
     if std::env::var("V").is_ok() {
       for r in d.ranking.iter().filter(|r| r.gain > 3.0) { println!("{} {:22} {:9.1} {:?} {} {}", r.step, r.effect, r.gain, r.held_out_gain, r.wins, r.accepted); }
       for c in &d.map { println!("{:?} {:?} {:.2} {:.2} {}", c.phase, c.channel, c.before, c.after, c.blocks); }
-      println!("{:?}", d.not_visible_below);
+      println!("{:?} {:?}", d.noise, d.scatter); println!("{:?}", d.not_visible_below);
     }
 }

@@ -13,7 +13,7 @@ use super::{Outcome, Request};
 use crate::blocks::Base;
 use crate::case::Case;
 use crate::error::Error;
-use crate::model::{Chosen, Model};
+use crate::model::Chosen;
 use crate::recording::{Kind, Session};
 use std::collections::BTreeMap;
 
@@ -64,7 +64,7 @@ fn prepare<'a>(request: &Request<'a>) -> Result<Prepared<'a>, Error> {
     let delay = kind_at(request, "command-delay")?;
     let given = request.model.chosen(request.catalog);
     let (examined, shared) = examine::all(request.model, &sessions, &cases, &given, &delay);
-    let noise = Noise::learn(cases.iter().find(|case| case.kind == Kind::Static), request.model);
+    let noise = Noise::learn(&cases, request.model);
     let sound = |i: &usize| examined[*i].defect.is_none();
     let used: Vec<usize> = (0..cases.len()).filter(sound).collect();
     Ok(Prepared { sessions, roles, cases, examined, shared, noise, used })

@@ -9,7 +9,6 @@ use super::quality::Contact;
 use super::random::decode;
 use crate::case::Case;
 use crate::model::{Chosen, Model};
-use crate::recording::Kind;
 use std::collections::BTreeMap;
 
 /// How many of the nuisances a test recording may fit: offset and stiffness.
@@ -134,7 +133,7 @@ pub fn ladder_of(
         return Ok(ladder(&steps, Errors { force_n: 0.0, position_m: 0.0 }, sessions));
     }
     let rest: Vec<Case> = aux.iter().chain(test).map(|session| Case::of(session, model)).collect::<Result<_, _>>()?;
-    let noise = Noise::learn(rest.iter().find(|case| case.kind == Kind::Static), model);
+    let noise = Noise::learn(&rest, model);
     let steps: Vec<(String, Vec<Errors>)> = trials(&base, &full, 0)
         .into_iter()
         .map(|(label, trial)| (label, errors(&problem(model, &cases, noise, &trial.effects), &trial)))
