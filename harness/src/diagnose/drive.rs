@@ -62,16 +62,9 @@ fn rms_of(problem: &Problem, trial: &Trial, nuisances: &[super::problem::Nuisanc
     score::together(squares) * problem.noise.position_floor_m
 }
 
-/// A trial fitted on whole recordings: blocks choose an effect, whole recordings give its size.
-fn whole(model: &Model, cases: &[Case], trial: &Trial) -> Trial {
-    let problem = problem(model, cases, 1, trial);
-    let runs: Vec<usize> = (0..problem.runs.len()).collect();
-    fit(&problem, trial, &runs, None, &mut Scratch::default()).trial
-}
-
-/// Root mean square of the position on whole recordings; only the state at the start is fitted.
+/// Root mean square of the position on whole recordings, free-running from where they are seen to start; nothing is fitted.
 pub(super) fn errors(model: &Model, cases: &[Case], trial: &Trial) -> Vec<Errors> {
-    let problem = Problem::drive(model, cases, 1, noise(1e-3));
+    let problem = Problem::drive_whole(model, cases, noise(1e-3));
     let fit = held(&problem, trial);
     let mut scratch = Scratch::default();
     let of = |run: usize| {
@@ -88,13 +81,13 @@ pub(super) fn diagnose(request: &Request<'_>) -> Result<Outcome, Error> {
     };
     let (learn, test) = (on_clock(request.learn)?, on_clock(request.test)?);
     let model = request.model;
-    let blocks = if learn.len() == 1 { BLOCKS } else { 1 };
+    let blocks = BLOCKS;
     let catalog = without_fine_points(request.catalog);
     let start = Trial { base: crate::blocks::Base::of(model), effects: model.chosen(request.catalog) };
     let given = start.effects.len();
 
-    let mut trial = whole(model, &learn, &start);
-    let mut steps = vec![("nominal".to_string(), trial.clone())];
+    let mut trial = start.clone();
+    let mut steps: Vec<(String, Trial)> = Vec::new();
     let mut rejected: Vec<String> = Vec::new();
     let mut last: Option<(Problem, Found)> = None;
     let mut rankings: Vec<Vec<super::search::Ranked>> = Vec::new();
@@ -112,6 +105,7 @@ pub(super) fn diagnose(request: &Request<'_>) -> Result<Outcome, Error> {
         let search = Search::new(&scaled, &catalog, &excluded, rules, request.progress).with_folds(folds.collect());
         let found = search.run(&trial);
         if round == 0 {
+            steps.push(("nominal".into(), found.base.fit.trial.clone()));
             misfit[0] = rms_of(&scaled, &found.base.fit.trial, &found.base.fit.nuisances);
         }
         rankings.extend(found.rankings.iter().cloned());
@@ -121,8 +115,7 @@ pub(super) fn diagnose(request: &Request<'_>) -> Result<Outcome, Error> {
             break;
         };
         let of = |trial: &Trial| score::together(errors(model, &test, trial).iter().map(|errors| errors.position_m));
-        let whole = whole(model, &learn, &found.best.fit.trial);
-        let (before, after) = (of(&trial), of(&whole));
+        let (before, after) = (of(&found.base.fit.trial), of(&found.best.fit.trial));
         if learn.len() == 1 && after > (1.0 - CONFIRMED) * before {
             rejected.push(added);
             last = Some((scaled, Found { best: found.base.clone(), ..found }));
@@ -130,7 +123,7 @@ pub(super) fn diagnose(request: &Request<'_>) -> Result<Outcome, Error> {
         }
         worth.extend(found.worth.clone());
         ties.extend(found.ties.clone());
-        trial = whole;
+        trial = found.best.fit.trial.clone();
         steps.push((format!("+ {added}"), trial.clone()));
         last = Some((scaled, found));
     }
@@ -249,7 +242,7 @@ fn notes(request: &Request<'_>, learn: &[Case], test: &[Case]) -> Vec<SessionNot
 }
 
 fn curves_of(model: &Model, case: &Case, role: &'static str, before: &Trial, after: &Trial) -> Curves {
-    let problem = Problem::drive(model, std::slice::from_ref(case), 1, noise(1e-3));
+    let problem = Problem::drive_whole(model, std::slice::from_ref(case), noise(1e-3));
     let mut scratch = Scratch::default();
     let mut position = |trial: &Trial| -> Vec<f64> {
         let own = own_nuisance(&problem, &held(&problem, trial), 0, &mut scratch);

@@ -189,6 +189,13 @@ impl Problem {
         Problem { model: model.clone(), noise, runs, declared: [f64::INFINITY; 3] }
     }
 
+    /// Whole recordings of a drive, each from its first sample at rest; nothing of them is fitted.
+    pub fn drive_whole(model: &Model, cases: &[Case], noise: Noise) -> Self {
+        let mut problem = Problem::drive(model, cases, 1, noise);
+        problem.runs.iter_mut().for_each(|run| run.nuisances = 0);
+        problem
+    }
+
     /// Where a fit of the base starts: the nominal values.
     pub fn nominal(&self) -> Trial {
         Trial { base: Base::of(&self.model), effects: Vec::new() }
@@ -198,6 +205,9 @@ impl Problem {
     pub fn first_nuisance(&self, run: &Run) -> Nuisance {
         if self.model.rig == RigKind::Docking {
             return [0.0; 3];
+        }
+        if run.nuisances == 0 {
+            return [run.case.first.position_m, run.case.first.velocity_m_per_s, 0.0];
         }
         // A straight line through the first 40 ms: a start for the fit, never a result.
         let span = run.span.start..(run.span.start + 40).min(run.span.end);
@@ -300,6 +310,7 @@ impl Problem {
                 [1e-6, 1e-5]
                     .iter()
                     .enumerate()
+                    .take(run.nuisances)
                     .map(|(j, nudge)| {
                         let mut moved = *nuisance;
                         moved[j] += nudge;
