@@ -12,7 +12,9 @@ use std::path::Path;
 
 mod edit;
 mod init;
+mod place;
 mod schema;
+mod text;
 pub use edit::{Editor, EffectText};
 pub use init::from_session;
 pub use schema::schema;
@@ -237,7 +239,7 @@ impl Model {
 
     fn check(&self, name: &str, text: &str, catalog: &Catalog<Axis>) -> Result<(), Error> {
         let refuse = |key: &str, value: f64, limit: &str, help: &str| {
-            let span = key_span(text, key.rsplit('.').next().unwrap_or(key));
+            let span = place::of_key(text, key);
             Err(Error::new(format!("{key} = {value} {limit}")).file(name).span(text, span).help(help.to_string()))
         };
         if self.schema != 1 {
@@ -286,20 +288,18 @@ impl Model {
                 return refuse(key, period_s, &limit, "choose a physics_step_s that divides every period");
             }
         }
-        for effect in &self.effects {
-            self.check_effect(effect, name, text, catalog)?;
-        }
-        Ok(())
+        (0..self.effects.len()).try_for_each(|nth| self.check_effect(nth, name, text, catalog))
     }
 
-    fn check_effect(&self, effect: &EffectModel, name: &str, text: &str, catalog: &Catalog<Axis>) -> Result<(), Error> {
-        let at = |what: String, key: &str, help: String| {
-            Err(Error::new(what).file(name).span(text, key_span(text, key)).help(help))
+    fn check_effect(&self, nth: usize, name: &str, text: &str, catalog: &Catalog<Axis>) -> Result<(), Error> {
+        let effect = &self.effects[nth];
+        let at = |what: String, key: Option<&str>, help: String| {
+            Err(Error::new(what).file(name).span(text, place::in_effect(text, nth, key)).help(help))
         };
         let Some(kind) = catalog.get(&effect.id) else {
             return at(
                 unknown_effect(&effect.id, catalog),
-                &effect.id,
+                None,
                 "see all of them with: dockhil effect list".into(),
             );
         };
@@ -309,24 +309,28 @@ impl Model {
         };
         if !fits {
             let what = format!("effect {} cannot happen on this rig", effect.id);
-            return at(what, &effect.id, "see the rigs of each effect with: dockhil effect list".into());
+            return at(what, None, "see the rigs of each effect with: dockhil effect list".into());
+        }
+        if self.effects[..nth].iter().any(|other| other.id == effect.id) {
+            let what = format!("effect {} stands in the file twice", effect.id);
+            return at(what, None, "keep one of the two tables".into());
         }
         let known: Vec<&str> = kind.params.iter().map(|param| param.name.as_ref()).collect();
         if let Some(key) = effect.values.keys().find(|key| !known.contains(&key.as_str())) {
             let what = format!("effect {} has no parameter {key}", effect.id);
-            return at(what, key, format!("its parameters are: {}", known.join(", ")));
+            return at(what, Some(key), format!("its parameters are: {}", known.join(", ")));
         }
         for param in &kind.params {
             let Some(&value) = effect.values.get(param.name.as_ref()) else {
                 let what = format!("effect {} lacks its parameter {}", effect.id, param.name);
-                return at(what, &effect.id, format!("add {} = a number in {}", param.name, param.unit));
+                return at(what, None, format!("add {} = a number in {}", param.name, param.unit));
             };
             if !(value >= param.lower && value <= param.upper) {
                 let what = format!(
                     "{}.{} = {value} {} is outside [{}, {}]",
                     effect.id, param.name, param.unit, param.lower, param.upper
                 );
-                return at(what, &param.name, "give a value inside, or remove the effect".into());
+                return at(what, Some(&param.name), "give a value inside, or remove the effect".into());
             }
         }
         Ok(())
@@ -364,9 +368,4 @@ fn distance(a: &str, b: &str) -> usize {
         }
     }
     row[b.len()]
-}
-
-/// Where a key or a value first stands in the text.
-fn key_span(text: &str, key: &str) -> std::ops::Range<usize> {
-    text.find(key).map_or(0..0, |from| from..from + key.len())
 }
