@@ -1,4 +1,8 @@
 //! One integration binary.
+#![expect(clippy::unwrap_used, reason = "a test may stop where it stands")]
 
+mod cli;
 mod effects;
 mod recording;
+mod sets;
+mod tidy;
