@@ -111,7 +111,9 @@ pub fn apart(learn: &[Session], test: &[Session]) -> Result<(), Error> {
         None => Ok(()),
         Some((test, learn)) => {
             let what = format!("holds the same bytes as {}, which the model learns from", learn.file.display());
-            Err(Error::new(what).file(&test.file).help("test on recordings that the fit has not seen: take it out of one of the lists"))
+            Err(Error::new(what)
+                .file(&test.file)
+                .help("test on recordings that the fit has not seen: take it out of one of the lists"))
         }
     }
 }

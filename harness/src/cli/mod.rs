@@ -80,19 +80,24 @@ pub fn run(
 }
 
 /// The command that was typed; or, after a request for help or a mistake, the exit code.
-fn parse(args: impl IntoIterator<Item = impl Into<OsString> + Clone>, console: &mut Console<'_>) -> Result<Command, Exit> {
+fn parse(
+    args: impl IntoIterator<Item = impl Into<OsString> + Clone>,
+    console: &mut Console<'_>,
+) -> Result<Command, Exit> {
     let matches = Arguments::command().try_get_matches_from(args);
-    matches.and_then(|matches| Arguments::from_arg_matches(&matches)).map(|arguments| arguments.command).map_err(|error| {
-        let styled = error.render();
-        let text = if console.look.colour { styled.ansi().to_string() } else { styled.to_string() };
-        if error.use_stderr() {
-            console.say(&text);
-            Exit::BadInput
-        } else {
-            console.print(&text);
-            Exit::Pass
-        }
-    })
+    matches.and_then(|matches| Arguments::from_arg_matches(&matches)).map(|arguments| arguments.command).map_err(
+        |error| {
+            let styled = error.render();
+            let text = if console.look.colour { styled.ansi().to_string() } else { styled.to_string() };
+            if error.use_stderr() {
+                console.say(&text);
+                Exit::BadInput
+            } else {
+                console.print(&text);
+                Exit::Pass
+            }
+        },
+    )
 }
 
 impl Command {

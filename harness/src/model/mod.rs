@@ -246,11 +246,9 @@ impl Model {
         let model: Model = toml::from_str(text).map_err(|error| {
             let span = error.span().unwrap_or(0..0);
             // The parser speaks of Rust's types.
-            let what = error.message().replace('\n', " ").replace(" f64", " a number").replace(" u32", " a whole number");
-            Error::new(what)
-                .file(name)
-                .span(text, span)
-                .help("see the keys that are known with: dockhil model schema")
+            let what =
+                error.message().replace('\n', " ").replace(" f64", " a number").replace(" u32", " a whole number");
+            Error::new(what).file(name).span(text, span).help("see the keys that are known with: dockhil model schema")
         })?;
         model.check(name, text, catalog)?;
         Ok(model)
@@ -289,7 +287,12 @@ impl Model {
         let timing = &self.timing;
         if timing.physics_step_s < STEP_MIN_S {
             let limit = format!("is below {STEP_MIN_S}");
-            return refuse("timing.physics_step_s", timing.physics_step_s, &limit, "a millisecond or less is fine enough");
+            return refuse(
+                "timing.physics_step_s",
+                timing.physics_step_s,
+                &limit,
+                "a millisecond or less is fine enough",
+            );
         }
         if self.rig == RigKind::Docking && timing.command_delay_s < timing.loop_period_s {
             let limit = format!("is shorter than one loop period, {} s", timing.loop_period_s);
@@ -347,11 +350,7 @@ impl Model {
             Err(Error::new(what).file(name).span(text, place::in_effect(text, nth, key)).help(help))
         };
         let Some(kind) = catalog.get(&effect.id) else {
-            return at(
-                unknown_effect(&effect.id, catalog),
-                None,
-                "see all of them with: dockhil effect list".into(),
-            );
+            return at(unknown_effect(&effect.id, catalog), None, "see all of them with: dockhil effect list".into());
         };
         let fits = match self.rig {
             RigKind::Docking => kind.rigs != Where::Drive,

@@ -60,7 +60,14 @@ pub fn sheet(kind: &Kind<Axis>) -> String {
     for param in &kind.params {
         let starts: Vec<String> = param.starts.iter().map(f64::to_string).collect();
         let role = if param.discrete { "chosen among" } else { "a fit starts at" };
-        let _ = writeln!(text, "  {:<11} {}; off at {}; {role} {}", "parameter", limits(param), param.off, starts.join(", "));
+        let _ = writeln!(
+            text,
+            "  {:<11} {}; off at {}; {role} {}",
+            "parameter",
+            limits(param),
+            param.off,
+            starts.join(", ")
+        );
     }
     let values = Chosen::at_start(kind).values;
     let pairs: Vec<(&Param, f64)> = kind.params.iter().zip(values).collect();
