@@ -1,6 +1,7 @@
 //! Units at the edge.
 //!
-//! A quotient is rounded once: 1.5 mm becomes the same number as the literal `1.5e-3`. A product with `1e-3` would not.
+//! A quotient is rounded once: 1.125 mm, which a double holds exactly, becomes the same number as the literal `1.125e-3`. A
+//! product with `1e-3` is rounded twice.
 
 use core::f64::consts::PI;
 use sim_core::time::Nanos;
@@ -62,9 +63,10 @@ mod tests {
 
     #[test]
     fn a_length_is_the_number_that_one_would_write() {
-        for tenths_um in -20_000..20_000_i32 {
-            let written: f64 = format!("{tenths_um}e-7").parse().expect("a number");
-            assert_eq!(metres_from_millimetres(f64::from(tenths_um) / 1e4), written, "{tenths_um} tenths of µm");
+        // Eighths of a millimetre are exact in a double, so that only the quotient rounds.
+        for eighths in -80_000..80_000_i32 {
+            let written: f64 = format!("{}e-6", eighths * 125).parse().expect("a number");
+            assert_eq!(metres_from_millimetres(f64::from(eighths) / 8.0), written, "{eighths} eighths of a millimetre");
         }
     }
 

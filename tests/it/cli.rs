@@ -379,11 +379,27 @@ fn the_list_of_effects_is_the_catalogue() {
     }
 }
 
-/// Written by `cargo run -- model schema > fixtures/schemas/model-1.json`.
 #[test]
 fn the_schema_is_current() {
-    let committed = std::fs::read_to_string(fixtures::folder().join("schemas/model-1.json")).unwrap();
-    assert_eq!(Shell::new().run(&["model", "schema"]).out, committed, "write it again; see the line above this test");
+    for (name, args) in [("model-1.json", &["model", "schema"][..]), ("map-1.json", &["model", "schema", "--map"])] {
+        let committed = std::fs::read_to_string(fixtures::folder().join("schemas").join(name)).unwrap();
+        let again = format!("cargo run -- {} > fixtures/schemas/{name}", args.join(" "));
+        assert_eq!(Shell::new().run(args).out, committed, "write it again: {again}");
+    }
+}
+
+#[test]
+fn effects_that_cannot_be_edited_are_refused() {
+    let shell = Shell::with_model();
+    let text = format!("effect = [{{ id = \"command-delay\", delay_s = 0.01 }}]\n{}", shell.read("m.toml"));
+    shell.write("m.toml", &text);
+    assert_eq!(shell.run(&["model", "check", "DIR/m.toml"]).exit, 0, "it is a sound model");
+    shell.refuses(
+        &["effect", "add", "force-lag", "--model", "DIR/m.toml"],
+        "  × DIR/m.toml: key effect: the effects stand in one list, which cannot be edited here
+  help: write each of them as a table of its own: [[effect]]
+",
+    );
 }
 
 #[test]

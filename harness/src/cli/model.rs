@@ -6,7 +6,7 @@ use super::outcome::Exit;
 use crate::error::Error;
 use crate::files::write_whole;
 use crate::model::{self, Model, RigKind};
-use crate::recording::read;
+use crate::recording::{Map, read};
 use clap::{Args, Subcommand};
 use sim_core::effect::Catalog;
 use sim_core::space::Axis;
@@ -24,7 +24,7 @@ enum Verb {
     /// Write the nominal model of the rig that a recording's own record describes.
     Init(Init),
     /// Print the JSON schema of model files; editors complete and check with it.
-    Schema,
+    Schema(Schema),
     /// Read a model, report its first mistake, run nothing.
     Check(Check),
 }
@@ -44,6 +44,13 @@ struct Init {
 }
 
 #[derive(Debug, Args)]
+struct Schema {
+    /// The schema of maps instead: topics, units and conventions of recordings.
+    #[arg(long)]
+    map: bool,
+}
+
+#[derive(Debug, Args)]
 struct Check {
     /// The model file.
     model: PathBuf,
@@ -54,7 +61,10 @@ impl Arguments {
     pub fn run(&self, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Exit, Error> {
         match &self.verb {
             Verb::Init(init) => init.run(catalog, console)?,
-            Verb::Schema => console.print(&format!("{:#}\n", model::schema(catalog))),
+            Verb::Schema(Schema { map: true }) => {
+                console.print(&format!("{:#}\n", schemars::schema_for!(Map).to_value()));
+            }
+            Verb::Schema(Schema { map: false }) => console.print(&format!("{:#}\n", model::schema(catalog))),
             Verb::Check(check) => {
                 let model = inputs::model(&check.model, catalog)?;
                 console.print(&format!("{}: {}\n", check.model.display(), in_short(&model)));

@@ -60,6 +60,13 @@ impl Editor {
         Model::read(path, catalog)?;
         let text = std::fs::read_to_string(path).map_err(|error| Error::new(error.to_string()).file(path))?;
         let document = text.parse::<DocumentMut>().map_err(|error| Error::new(error.to_string()).file(path))?;
+        if document.get("effect").is_some_and(|item| !item.is_array_of_tables()) {
+            let what = "the effects stand in one list, which cannot be edited here";
+            return Err(Error::new(what)
+                .file(path)
+                .place("key effect")
+                .help("write each of them as a table of its own: [[effect]]"));
+        }
         Ok(Editor { path: path.to_path_buf(), document })
     }
 
