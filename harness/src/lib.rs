@@ -10,3 +10,4 @@ pub mod error;
 pub mod files;
 pub mod model;
 pub mod recording;
+pub mod report;

@@ -3,6 +3,7 @@
 
 mod cli;
 mod effects;
+mod page;
 mod recording;
 mod sets;
 mod tidy;

@@ -6,7 +6,7 @@
 use crate::error::Error;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use sim_core::effect::{Attached, Catalog, Kind, Where};
+use sim_core::effect::{Attached, Catalog, Kind, Param, Where};
 use sim_core::space::Axis;
 use std::path::Path;
 
@@ -370,7 +370,7 @@ impl Model {
             return at(what, Some(key), format!("its parameters are: {}", known.join(", ")));
         }
         for param in &kind.params {
-            let Some(&value) = effect.values.get(param.name.as_ref()) else {
+            let Some(value) = effect.values.get(param.name.as_ref()).copied().or(param.default) else {
                 let what = format!("effect {} lacks its parameter {}", effect.id, param.name);
                 return at(what, None, format!("add {} = a number in {}", param.name, param.unit));
             };
@@ -389,8 +389,9 @@ impl Model {
 impl EffectModel {
     /// With the values of this table.
     fn chosen(&self, kind: &Kind<Axis>) -> Chosen {
-        let value = |name: &str, off: f64| self.values.get(name).copied().unwrap_or(off);
-        Chosen { kind: kind.clone(), values: kind.params.iter().map(|param| value(&param.name, param.off)).collect() }
+        let value =
+            |param: &Param| self.values.get(param.name.as_ref()).copied().or(param.default).unwrap_or(param.off);
+        Chosen { kind: kind.clone(), values: kind.params.iter().map(value).collect() }
     }
 }
 
