@@ -259,7 +259,7 @@ fn what_could_not_be_written_later_is_refused_now() {
         "  × DIR/m.toml: exists already and was left as it is\n  help: name another file, or overwrite it with --force\n",
     );
     let ran = shell.run(&[&["diagnose"], &model[..], &sets].concat());
-    assert!(ran.exit == 2 && ran.err.contains("holds the same bytes as"), "{}", ran.err);
+    assert!(ran.exit == 2 && ran.err.contains("this test recording is also learned from"), "{}", ran.err);
 }
 
 #[test]
@@ -328,7 +328,11 @@ fn effects_are_added_changed_and_removed_in_place() {
         ["effect", "add", "command-loss:probability_out=0.5", "--model", "DIR/m.toml", "--source", "data sheet"];
     let changed = shell.run(&changed);
     assert_eq!(changed.out, "DIR/m.toml: changed command-loss; probability_out = 0.5 (data sheet)\n");
-    assert!(shell.read("m.toml").contains("probability_in = 0.1\nprobability_out = 0.5\nsource = \"data sheet\"\n"));
+    assert!(
+        shell
+            .read("m.toml")
+            .contains("probability_in = 0.1\nprobability_out = 0.5 # a guess\nsource = \"data sheet\"\n")
+    );
     let listed = shell.run(&["effect", "list", "--model", "DIR/m.toml"]).out;
     assert!(listed.contains("* command-loss ") && listed.contains("probability_out [0.01, 1] 1 = 0.5\n"), "{listed}");
     for id in ["command-loss", "force-lag"] {

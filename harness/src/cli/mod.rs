@@ -13,6 +13,7 @@ mod ladder;
 mod model;
 mod outcome;
 mod progress;
+mod words;
 
 pub use console::{Console, Look};
 pub use outcome::Exit;

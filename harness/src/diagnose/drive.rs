@@ -89,14 +89,16 @@ pub(super) fn diagnose(request: &Request<'_>) -> Result<Outcome, Error> {
             if learn.len() == 1 { runs.into_iter().map(|run| vec![run]).collect() } else { vec![runs] }
         });
         let excluded: Vec<&str> = rejected.iter().map(String::as_str).collect();
-        let search = Search::new(&scaled, request.catalog, &excluded, rules, request.progress).with_folds(folds.collect());
+        let search =
+            Search::new(&scaled, request.catalog, &excluded, rules, request.progress).with_folds(folds.collect());
         let found = search.run(&trial);
         if round == 0 {
             steps.push(("nominal".into(), found.base.fit.trial.clone()));
             misfit[0] = rms_of(&scaled, &found.base.fit.trial, &found.base.fit.nuisances);
         }
         rankings.extend(found.rankings.iter().cloned());
-        let added = found.best.fit.trial.effects.last().filter(|_| found.best.fit.trial.effects.len() > trial.effects.len());
+        let added =
+            found.best.fit.trial.effects.last().filter(|_| found.best.fit.trial.effects.len() > trial.effects.len());
         let Some(added) = added.map(|chosen| chosen.kind.id.to_string()) else {
             last = Some((scaled, found));
             break;
@@ -114,15 +116,21 @@ pub(super) fn diagnose(request: &Request<'_>) -> Result<Outcome, Error> {
         steps.push((format!("+ {added}"), trial.clone()));
         last = Some((scaled, found));
     }
-    let (scaled, found) = last.ok_or_else(|| Error::new("the search had no round").help("raise the number of effects"))?;
+    let (scaled, found) =
+        last.ok_or_else(|| Error::new("the search had no round").help("raise the number of effects"))?;
     let best: &Tried = &found.best;
     misfit[1] = rms_of(&scaled, &best.fit.trial, &best.fit.nuisances);
     let scored: Vec<(String, Vec<Errors>)> =
         steps.iter().map(|(label, trial)| (label.clone(), errors(model, &test, trial))).collect();
     let floor_m = misfit[1];
-    let ladder = score::ladder(&scored, Errors { force_n: 0.0, position_m: 0.0 }, test.iter().map(|case| case.name.clone()).collect());
+    let ladder = score::ladder(
+        &scored,
+        Errors { force_n: 0.0, position_m: 0.0 },
+        test.iter().map(|case| case.name.clone()).collect(),
+    );
     let ends = [scored.first(), scored.last()];
-    let [before, after] = ends.map(|end| score::together(end.iter().flat_map(|(_, errors)| errors.iter().map(|e| e.position_m))));
+    let [before, after] =
+        ends.map(|end| score::together(end.iter().flat_map(|(_, errors)| errors.iter().map(|e| e.position_m))));
     let score = TestScore { before, after, noise_floor: 0.0, unit: "m" };
     let groups = groups(request, best, given, &ties, &worth);
     let named: Vec<String> = groups.iter().map(|group| group.effects[0].clone()).collect();
@@ -130,12 +138,21 @@ pub(super) fn diagnose(request: &Request<'_>) -> Result<Outcome, Error> {
     let mut sentences = vec![if named.is_empty() {
         "No effect of the catalogue lowers the error on recordings that a fit has not seen.".to_string()
     } else {
-        format!("Missing is an effect of the type {}; it lowers the error on recordings that a fit has not seen.", named.join(" and "))
+        format!(
+            "Missing is an effect of the type {}; it lowers the error on recordings that a fit has not seen.",
+            named.join(" and ")
+        )
     }];
-    sentences.extend(rejected.iter().map(|id| {
-        format!("{id} improves blocks of the learning recording, but not the test recording: rejected.")
-    }));
-    sentences.push(format!("On the test recordings the position goes from {:.2} to {:.2} mm, free-running.", before * 1e3, after * 1e3));
+    sentences.extend(
+        rejected
+            .iter()
+            .map(|id| format!("{id} improves blocks of the learning recording, but not the test recording: rejected.")),
+    );
+    sentences.push(format!(
+        "On the test recordings the position goes from {:.2} to {:.2} mm, free-running.",
+        before * 1e3,
+        after * 1e3
+    ));
     sentences.push(format!("What is left on the learning recordings, {:.2} mm, is the model's own error, not noise: no floor is known for a drive.", floor_m * 1e3));
     let deviations = best.fit.deviations();
     let base = |knob: Knob, nominal: f64| {
@@ -158,7 +175,13 @@ pub(super) fn diagnose(request: &Request<'_>) -> Result<Outcome, Error> {
         misfit_before: misfit[0] / floor_m,
         misfit_after: 1.0,
         test: BTreeMap::from([("measured_z_m", score)]),
-        map: vec![Cell { phase: Phase::FreeFlight, channel: Channel::Position, before: misfit[0] / floor_m, after: 1.0, blocks: scaled.runs.len() }],
+        map: vec![Cell {
+            phase: Phase::FreeFlight,
+            channel: Channel::Position,
+            before: misfit[0] / floor_m,
+            after: 1.0,
+            blocks: scaled.runs.len(),
+        }],
         ranking: ranks(&rankings),
         noise: scaled.noise,
         scatter: [[0.0; 2]; 3],

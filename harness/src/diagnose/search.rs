@@ -376,7 +376,8 @@ impl<'a> Search<'a> {
         let (mut ties, mut worth) = (BTreeMap::new(), BTreeMap::new());
         for member in self.given..best.fit.trial.effects.len() {
             let id = best.fit.trial.effects[member].kind.id.to_string();
-            let smaller = if best.fit.trial.effects.len() == self.given + 1 { base.clone() } else { self.without(best, member) };
+            let smaller =
+                if best.fit.trial.effects.len() == self.given + 1 { base.clone() } else { self.without(best, member) };
             worth.insert(id.clone(), smaller.total() - best.total());
             let mut fits = self.additions(&smaller);
             fits.retain(|(other, fit)| *other != id && fit.cost < best.fit.cost + 2.0 * self.rules.gain_certain);
