@@ -13,7 +13,7 @@ use super::{Outcome, Request};
 use crate::blocks::Base;
 use crate::case::Case;
 use crate::error::Error;
-use crate::model::{Chosen, Model};
+use crate::model::Chosen;
 use crate::recording::{Kind, Session};
 use std::collections::BTreeMap;
 
@@ -56,17 +56,15 @@ fn prepare<'a>(request: &Request<'a>) -> Result<Prepared<'a>, Error> {
     };
     if !cases.iter().any(|case| touches(&case)) {
         let impact = cases.iter().position(Case::is_impact).unwrap_or(0);
-        let what =
-            format!("there is no contact in any impact recording: the force never moves by more than {TOUCH_N} N");
-        return Err(Error::new(what)
-            .file(&sessions[impact].file)
-            .place("force along the axis of travel")
-            .help("check that the map names the right axis and unit, and that the probe reached the nozzle (z > 0)"));
+        let what = format!("there is no contact in any impact recording: the force never moves by more than {TOUCH_N} N");
+        return Err(Error::new(what).file(&sessions[impact].file).place("force along the axis of travel").help(
+            "check that the map names the right axis and unit, and that the probe reached the nozzle (z > 0)",
+        ));
     }
     let delay = kind_at(request, "command-delay")?;
     let given = request.model.chosen(request.catalog);
     let (examined, shared) = examine::all(request.model, &sessions, &cases, &given, &delay);
-    let noise = Noise::learn(cases.iter().find(|case| case.kind == Kind::Static), request.model);
+    let noise = Noise::learn(&cases, request.model);
     let sound = |i: &usize| examined[*i].defect.is_none();
     let used: Vec<usize> = (0..cases.len()).filter(sound).collect();
     Ok(Prepared { sessions, roles, cases, examined, shared, noise, used })
@@ -89,12 +87,7 @@ fn start(request: &Request<'_>, shared: &Shared) -> Trial {
 }
 
 /// Searches; where the reported pose keeps a remainder, decodes losses or jitter and searches again.
-fn search(
-    request: &Request<'_>,
-    prepared: &Prepared<'_>,
-    problem: &mut Problem,
-    start: &Trial,
-) -> (Found, Option<Decoded>) {
+fn search(request: &Request<'_>, prepared: &Prepared<'_>, problem: &mut Problem, start: &Trial) -> (Found, Option<Decoded>) {
     let excluded: Vec<&str> = RANDOM.iter().copied().chain([CLOCK]).collect();
     let run = |problem: &Problem, start: &Trial| {
         Search::new(problem, request.catalog, &excluded, request.rules, request.progress).run(start)
@@ -137,9 +130,7 @@ fn best_decoding(request: &Request<'_>, problem: &Problem, start: &Trial, found:
             .map(|run| {
                 let case = &problem.runs[run].case;
                 let rms = score::rms(&case.measured_m.value, &predicted[run], &case.measured_m.known);
-                rms * rms * case.measured_m.value.len() as f64
-                    / problem.noise.position_floor_m
-                    / problem.noise.position_floor_m
+                rms * rms * case.measured_m.value.len() as f64 / problem.noise.position_floor_m / problem.noise.position_floor_m
             })
             .sum();
         for id in RANDOM {
@@ -148,8 +139,7 @@ fn best_decoding(request: &Request<'_>, problem: &Problem, start: &Trial, found:
             let Some(decoded) = decode(problem, kind, &predicted, delay_s, None) else { continue };
             let left = squares - decoded.gains.iter().sum::<f64>();
             let moving = decoded.gains.iter().filter(|gain| **gain > 0.0).count();
-            let counts =
-                decoded.gains.iter().sum::<f64>() > request.rules.gain_certain && moving * 2 > problem.runs.len();
+            let counts = decoded.gains.iter().sum::<f64>() > request.rules.gain_certain && moving * 2 > problem.runs.len();
             if counts && best.as_ref().is_none_or(|(other, _)| left < other - request.rules.gain_min) {
                 best = Some((left, decoded));
             }
@@ -172,12 +162,10 @@ fn conclude(
     let nominal = Trial { base: Base::of(request.model), effects: fit.trial.effects[..given].to_vec() };
     let before = blocks_before(request, prepared, problem, &nominal);
     let after = quality::all_blocks(problem, &fit.trial, &fit.nuisances);
-    let base_parameters =
-        verdict::base_parameters(request.model, found, problem.runs.len(), prepared.shared.mass_ratio);
+    let base_parameters = verdict::base_parameters(request.model, found, problem.runs.len(), prepared.shared.mass_ratio);
     let evidence = Evidence { problem, found, start, given, decoded, after: &after, base: &base_parameters };
     let verdict = verdict::decide(&evidence, &prepared.examined, &prepared.shared);
-    let tests: Vec<Case> =
-        request.test.iter().map(|session| Case::of(session, request.model)).collect::<Result<_, _>>()?;
+    let tests: Vec<Case> = request.test.iter().map(|session| Case::of(session, request.model)).collect::<Result<_, _>>()?;
     let mut known = fit.trial.effects.clone();
     known.extend(decoded.map(|decoded| decoded.chosen.clone()));
     let plain = score::problem(request.model, &tests, prepared.noise, &[]);
@@ -201,14 +189,7 @@ fn conclude(
     let diagnosis = Diagnosis {
         schema: 1,
         verdict,
-        sentences: verdict::sentences(
-            verdict,
-            &evidence,
-            &prepared.examined,
-            &prepared.shared,
-            &prepared.sessions,
-            &test,
-        ),
+        sentences: verdict::sentences(verdict, &evidence, &prepared.examined, &prepared.shared, &prepared.sessions, &test),
         groups: groups(&evidence, request),
         base_parameters,
         not_visible_below: not_visible(request, found),
@@ -228,12 +209,7 @@ fn conclude(
 }
 
 /// Residual blocks of the model as it was given, on links as they were declared.
-fn blocks_before(
-    request: &Request<'_>,
-    prepared: &Prepared<'_>,
-    problem: &Problem,
-    nominal: &Trial,
-) -> Vec<Vec<Block>> {
+fn blocks_before(request: &Request<'_>, prepared: &Prepared<'_>, problem: &Problem, nominal: &Trial) -> Vec<Vec<Block>> {
     let cases: Vec<Case> = prepared.used.iter().map(|&i| prepared.cases[i].clone()).collect();
     let plain = if problem.runs.iter().any(|run| run.schedule.is_some()) {
         Problem::docking(request.model, cases, prepared.noise)
@@ -414,3 +390,4 @@ fn all_curves(
     }
     all
 }
+

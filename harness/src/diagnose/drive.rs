@@ -16,6 +16,8 @@ use super::{Outcome, Request, verdict};
 use crate::case::Case;
 use crate::error::Error;
 use crate::model::Model;
+use sim_core::effect::{Catalog, Kind};
+use sim_core::space::Axis;
 use std::collections::BTreeMap;
 
 /// Blocks that a single recording is cut into.
@@ -34,6 +36,16 @@ fn noise(sigma_m: f64) -> Noise {
     }
 }
 
+/// The catalogue with everything fixed that a model need not name: an error of millimetres says nothing of such details.
+fn without_fine_points(catalog: &Catalog<Axis>) -> Catalog<Axis> {
+    let fixed = |kind: &Kind<Axis>| {
+        let mut kind = kind.clone();
+        kind.params.iter_mut().filter(|param| param.default.is_some()).for_each(|param| param.discrete = true);
+        kind
+    };
+    Catalog::of(catalog.kinds().iter().map(fixed).collect())
+}
+
 /// A problem whose residuals have about unit size under this trial.
 fn problem(model: &Model, cases: &[Case], blocks: usize, trial: &Trial) -> Problem {
     let mut problem = Problem::drive(model, cases, blocks, noise(1.0));
@@ -48,6 +60,13 @@ fn rms_of(problem: &Problem, trial: &Trial, nuisances: &[super::problem::Nuisanc
     let mut scratch = Scratch::default();
     let squares = (0..problem.runs.len()).flat_map(|run| problem.residuals(run, trial, &nuisances[run], &mut scratch));
     score::together(squares) * problem.noise.position_floor_m
+}
+
+/// A trial fitted on whole recordings: blocks choose an effect, whole recordings give its size.
+fn whole(model: &Model, cases: &[Case], trial: &Trial) -> Trial {
+    let problem = problem(model, cases, 1, trial);
+    let runs: Vec<usize> = (0..problem.runs.len()).collect();
+    fit(&problem, trial, &runs, None, &mut Scratch::default()).trial
 }
 
 /// Root mean square of the position on whole recordings; only the state at the start is fitted.
@@ -70,11 +89,12 @@ pub(super) fn diagnose(request: &Request<'_>) -> Result<Outcome, Error> {
     let (learn, test) = (on_clock(request.learn)?, on_clock(request.test)?);
     let model = request.model;
     let blocks = if learn.len() == 1 { BLOCKS } else { 1 };
+    let catalog = without_fine_points(request.catalog);
     let start = Trial { base: crate::blocks::Base::of(model), effects: model.chosen(request.catalog) };
     let given = start.effects.len();
 
-    let mut trial = start.clone();
-    let mut steps: Vec<(String, Trial)> = Vec::new();
+    let mut trial = whole(model, &learn, &start);
+    let mut steps = vec![("nominal".to_string(), trial.clone())];
     let mut rejected: Vec<String> = Vec::new();
     let mut last: Option<(Problem, Found)> = None;
     let mut rankings: Vec<Vec<super::search::Ranked>> = Vec::new();
@@ -89,22 +109,20 @@ pub(super) fn diagnose(request: &Request<'_>) -> Result<Outcome, Error> {
             if learn.len() == 1 { runs.into_iter().map(|run| vec![run]).collect() } else { vec![runs] }
         });
         let excluded: Vec<&str> = rejected.iter().map(String::as_str).collect();
-        let search =
-            Search::new(&scaled, request.catalog, &excluded, rules, request.progress).with_folds(folds.collect());
+        let search = Search::new(&scaled, &catalog, &excluded, rules, request.progress).with_folds(folds.collect());
         let found = search.run(&trial);
         if round == 0 {
-            steps.push(("nominal".into(), found.base.fit.trial.clone()));
             misfit[0] = rms_of(&scaled, &found.base.fit.trial, &found.base.fit.nuisances);
         }
         rankings.extend(found.rankings.iter().cloned());
-        let added =
-            found.best.fit.trial.effects.last().filter(|_| found.best.fit.trial.effects.len() > trial.effects.len());
+        let added = found.best.fit.trial.effects.last().filter(|_| found.best.fit.trial.effects.len() > trial.effects.len());
         let Some(added) = added.map(|chosen| chosen.kind.id.to_string()) else {
             last = Some((scaled, found));
             break;
         };
         let of = |trial: &Trial| score::together(errors(model, &test, trial).iter().map(|errors| errors.position_m));
-        let (before, after) = (of(&found.base.fit.trial), of(&found.best.fit.trial));
+        let whole = whole(model, &learn, &found.best.fit.trial);
+        let (before, after) = (of(&trial), of(&whole));
         if learn.len() == 1 && after > (1.0 - CONFIRMED) * before {
             rejected.push(added);
             last = Some((scaled, Found { best: found.base.clone(), ..found }));
@@ -112,25 +130,19 @@ pub(super) fn diagnose(request: &Request<'_>) -> Result<Outcome, Error> {
         }
         worth.extend(found.worth.clone());
         ties.extend(found.ties.clone());
-        trial = found.best.fit.trial.clone();
+        trial = whole;
         steps.push((format!("+ {added}"), trial.clone()));
         last = Some((scaled, found));
     }
-    let (scaled, found) =
-        last.ok_or_else(|| Error::new("the search had no round").help("raise the number of effects"))?;
+    let (scaled, found) = last.ok_or_else(|| Error::new("the search had no round").help("raise the number of effects"))?;
     let best: &Tried = &found.best;
     misfit[1] = rms_of(&scaled, &best.fit.trial, &best.fit.nuisances);
     let scored: Vec<(String, Vec<Errors>)> =
         steps.iter().map(|(label, trial)| (label.clone(), errors(model, &test, trial))).collect();
     let floor_m = misfit[1];
-    let ladder = score::ladder(
-        &scored,
-        Errors { force_n: 0.0, position_m: 0.0 },
-        test.iter().map(|case| case.name.clone()).collect(),
-    );
+    let ladder = score::ladder(&scored, Errors { force_n: 0.0, position_m: 0.0 }, test.iter().map(|case| case.name.clone()).collect());
     let ends = [scored.first(), scored.last()];
-    let [before, after] =
-        ends.map(|end| score::together(end.iter().flat_map(|(_, errors)| errors.iter().map(|e| e.position_m))));
+    let [before, after] = ends.map(|end| score::together(end.iter().flat_map(|(_, errors)| errors.iter().map(|e| e.position_m))));
     let score = TestScore { before, after, noise_floor: 0.0, unit: "m" };
     let groups = groups(request, best, given, &ties, &worth);
     let named: Vec<String> = groups.iter().map(|group| group.effects[0].clone()).collect();
@@ -138,21 +150,12 @@ pub(super) fn diagnose(request: &Request<'_>) -> Result<Outcome, Error> {
     let mut sentences = vec![if named.is_empty() {
         "No effect of the catalogue lowers the error on recordings that a fit has not seen.".to_string()
     } else {
-        format!(
-            "Missing is an effect of the type {}; it lowers the error on recordings that a fit has not seen.",
-            named.join(" and ")
-        )
+        format!("Missing is an effect of the type {}; it lowers the error on recordings that a fit has not seen.", named.join(" and "))
     }];
-    sentences.extend(
-        rejected
-            .iter()
-            .map(|id| format!("{id} improves blocks of the learning recording, but not the test recording: rejected.")),
-    );
-    sentences.push(format!(
-        "On the test recordings the position goes from {:.2} to {:.2} mm, free-running.",
-        before * 1e3,
-        after * 1e3
-    ));
+    sentences.extend(rejected.iter().map(|id| {
+        format!("{id} improves blocks of the learning recording, but not the test recording: rejected.")
+    }));
+    sentences.push(format!("On the test recordings the position goes from {:.2} to {:.2} mm, free-running.", before * 1e3, after * 1e3));
     sentences.push(format!("What is left on the learning recordings, {:.2} mm, is the model's own error, not noise: no floor is known for a drive.", floor_m * 1e3));
     let deviations = best.fit.deviations();
     let base = |knob: Knob, nominal: f64| {
@@ -175,13 +178,7 @@ pub(super) fn diagnose(request: &Request<'_>) -> Result<Outcome, Error> {
         misfit_before: misfit[0] / floor_m,
         misfit_after: 1.0,
         test: BTreeMap::from([("measured_z_m", score)]),
-        map: vec![Cell {
-            phase: Phase::FreeFlight,
-            channel: Channel::Position,
-            before: misfit[0] / floor_m,
-            after: 1.0,
-            blocks: scaled.runs.len(),
-        }],
+        map: vec![Cell { phase: Phase::FreeFlight, channel: Channel::Position, before: misfit[0] / floor_m, after: 1.0, blocks: scaled.runs.len() }],
         ranking: ranks(&rankings),
         noise: scaled.noise,
         scatter: [[0.0; 2]; 3],

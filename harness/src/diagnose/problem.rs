@@ -241,13 +241,7 @@ impl Problem {
     }
 
     /// Reading (offset included) and reported position that a trial predicts for a run, commands clamped.
-    pub fn predicted(
-        &self,
-        index: usize,
-        trial: &Trial,
-        nuisance: &Nuisance,
-        scratch: &mut Scratch,
-    ) -> (Vec<f64>, Vec<f64>) {
+    pub fn predicted(&self, index: usize, trial: &Trial, nuisance: &Nuisance, scratch: &mut Scratch) -> (Vec<f64>, Vec<f64>) {
         let run = &self.runs[index];
         let base = Base {
             stiffness_n_per_m: trial.base.stiffness_n_per_m * libm::exp(nuisance[1]),

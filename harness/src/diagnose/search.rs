@@ -116,6 +116,9 @@ pub struct Found {
 /// Gain in -2 ln p at which an effect would have been seen: 3.5 σ.
 const VISIBLE_GAIN: f64 = 12.0;
 
+/// Beyond this multiple of a start, its linear extrapolation is not trusted alone.
+const FAR: f64 = 30.0;
+
 /// A search over a catalogue.
 pub struct Search<'a> {
     problem: &'a Problem,
@@ -286,7 +289,7 @@ impl<'a> Search<'a> {
 
     fn addition(&self, current: &Fit, kind: &Kind<Axis>) -> Option<Fit> {
         let mut promising: Vec<(f64, Chosen)> =
-            starts(kind).into_iter().filter_map(|chosen| self.promise(current, chosen)).collect();
+            starts(kind).into_iter().flat_map(|chosen| self.promise(current, chosen)).collect();
         promising.sort_by(|a, b| b.0.total_cmp(&a.0));
         let fits = promising.iter().take(2).map(|(_, chosen)| {
             let mut trial = current.trial.clone();
@@ -296,23 +299,29 @@ impl<'a> Search<'a> {
         fits.min_by(|a, b| a.cost.total_cmp(&b.cost))
     }
 
-    /// The linear gain of an effect at a start, and the start moved to the size that the data ask for.
-    fn promise(&self, current: &Fit, chosen: Chosen) -> Option<(f64, Chosen)> {
+    /// The linear gain of an effect at a start: the start moved to the size that the data ask for, and, where that is far away, the
+    /// start itself, since so far away nothing is linear.
+    fn promise(&self, current: &Fit, chosen: Chosen) -> Vec<(f64, Chosen)> {
         let Signature { information, gradient } = self.signature(current, &chosen);
         if !(information > 0.0 && information.is_finite()) {
-            return None;
+            return Vec::new();
         }
         let amplitude = -gradient / information;
         let at = chosen.kind.size();
-        let param = chosen.kind.params[at].clone();
-        let mut moved = chosen;
+        let param = &chosen.kind.params[at];
+        let gain = if amplitude > 0.0 { gradient * gradient / information } else { 0.0 };
         // Only a size that is zero when off can be scaled; one in the wrong direction stays where it is: the residual may be of
         // another shape.
-        if amplitude > 0.05 && param.off == 0.0 {
-            moved.values[at] = (amplitude * moved.values[at]).clamp(param.lower, param.upper);
+        if amplitude <= 0.05 || param.off != 0.0 {
+            return vec![(gain, chosen)];
         }
-        let gain = if amplitude > 0.0 { gradient * gradient / information } else { 0.0 };
-        Some((gain, moved))
+        let mut moved = chosen.clone();
+        moved.values[at] = (amplitude * moved.values[at]).clamp(param.lower, param.upper);
+        let mut both = vec![(gain, moved)];
+        if amplitude > FAR {
+            both.push((0.5 * gain, chosen));
+        }
+        both
     }
 
     fn signature(&self, current: &Fit, chosen: &Chosen) -> Signature {
@@ -376,8 +385,7 @@ impl<'a> Search<'a> {
         let (mut ties, mut worth) = (BTreeMap::new(), BTreeMap::new());
         for member in self.given..best.fit.trial.effects.len() {
             let id = best.fit.trial.effects[member].kind.id.to_string();
-            let smaller =
-                if best.fit.trial.effects.len() == self.given + 1 { base.clone() } else { self.without(best, member) };
+            let smaller = if best.fit.trial.effects.len() == self.given + 1 { base.clone() } else { self.without(best, member) };
             worth.insert(id.clone(), smaller.total() - best.total());
             let mut fits = self.additions(&smaller);
             fits.retain(|(other, fit)| *other != id && fit.cost < best.fit.cost + 2.0 * self.rules.gain_certain);
@@ -438,7 +446,7 @@ impl<'a> Search<'a> {
         let at = kind.size();
         let param = &kind.params[at];
         let mut chosen = Chosen::at_start(kind);
-        if param.off > 100.0 * param.lower {
+        if param.lower > 0.0 && param.off > 100.0 * param.lower {
             // A frequency: the higher, the less of the effect. The highest one of a grid that would still show.
             return (0..20).map(|i| 400.0 * libm::pow(0.8, f64::from(i))).find(|frequency| {
                 chosen.values[at] = *frequency;

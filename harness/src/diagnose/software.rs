@@ -163,14 +163,14 @@ pub fn examine(model: &Model, case: &Case, effects: &[Chosen], delay: &Chosen) -
     }
     let (shift, mut best) = best_shift(model, case, effects);
     let mut with = effects.to_vec();
-    if shows_pose(model)
-        && best.0 > 1e-6
-        && let Some((delay_s, found)) = best_delay(model, case, effects, delay, shift)
-        && found.0 < 0.5 * best.0
-    {
-        best = found;
-        with = with_delay(effects, delay, delay_s);
-        software.pose_delay_s = Some(delay_s);
+    if shows_pose(model) && best.0 > 1e-6 {
+        if let Some((delay_s, found)) = best_delay(model, case, effects, delay, shift) {
+            if found.0 < 0.5 * best.0 {
+                best = found;
+                with = with_delay(effects, delay, delay_s);
+                software.pose_delay_s = Some(delay_s);
+            }
+        }
     }
     // Shares of the mass and forces below these are rounding, not findings.
     let (ratio, bias_n) = (best.1, best.2 / 2.0);

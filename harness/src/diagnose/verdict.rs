@@ -54,8 +54,7 @@ impl Evidence<'_> {
         let kinds: Vec<Kind> = self.problem.runs.iter().map(|run| run.case.kind).collect();
         let mut worst: Option<(String, f64)> = None;
         let mut look = |words: &str, chosen: &dyn Fn(usize, &Block) -> bool| {
-            let blocks =
-                self.after.iter().enumerate().flat_map(|(run, blocks)| blocks.iter().map(move |block| (run, block)));
+            let blocks = self.after.iter().enumerate().flat_map(|(run, blocks)| blocks.iter().map(move |block| (run, block)));
             let (q, n) = average(blocks.filter(|(run, block)| chosen(*run, block)).map(|(_, block)| block.chi2));
             let limit = Q_MAX.max(1.0 + Q_SIGMA * libm::sqrt(2.0 / n.max(1) as f64));
             if n > 0 && q > limit && worst.as_ref().is_none_or(|(_, other)| q > *other) {
@@ -64,9 +63,7 @@ impl Evidence<'_> {
         };
         for (channel, name) in [(Channel::Force, "force"), (Channel::Position, "reported pose")] {
             for phase in Phase::ALL {
-                look(&format!("the {name} in {}", phase.name()), &|_, block| {
-                    block.channel == channel && block.phase == phase
-                });
+                look(&format!("the {name} in {}", phase.name()), &|_, block| block.channel == channel && block.phase == phase);
             }
             look(&format!("the {name} in contact"), &|_, block| block.channel == channel && block.phase.in_contact());
             look(&format!("the {name}"), &|run, block| block.channel == channel && kinds[run] == Kind::Impact);
@@ -97,14 +94,12 @@ pub fn odd_runs(fit: &Fit, runs: usize) -> Vec<(usize, String)> {
     let mut odd = Vec::new();
     for run in 0..runs {
         for j in 0..3 {
-            let mut others: Vec<f64> =
-                (0..runs).filter(|&other| other != run).map(|other| fit.nuisances[other][j]).collect();
+            let mut others: Vec<f64> = (0..runs).filter(|&other| other != run).map(|other| fit.nuisances[other][j]).collect();
             others.sort_by(f64::total_cmp);
             let middle = others.get(others.len() / 2).copied().unwrap_or(0.0);
             let away = fit.nuisances[run][j] - middle;
             if away.abs() > ODD * declared[j] {
-                let size =
-                    if j == 0 { format!("{away:+.3} N") } else { format!("{:+.1} %", 100.0 * (libm::exp(away) - 1.0)) };
+                let size = if j == 0 { format!("{away:+.3} N") } else { format!("{:+.1} %", 100.0 * (libm::exp(away) - 1.0)) };
                 odd.push((run, format!("its {} differs from the others' by {size}", words[j])));
                 break;
             }
@@ -210,22 +205,13 @@ pub fn sentences(
 fn headline(verdict: Verdict, evidence: &Evidence<'_>) -> String {
     let names = evidence.names().join(" and ");
     match verdict {
-        Verdict::NothingMissing => {
-            "Nothing is missing that these recordings could show; the sizes that would have been seen are listed."
-                .into()
-        }
+        Verdict::NothingMissing => "Nothing is missing that these recordings could show; the sizes that would have been seen are listed.".into(),
         Verdict::Explained => format!("Missing is an effect of the type {names}; with it the model reaches the noise."),
-        Verdict::PartlyExplained => format!(
-            "Missing is an effect of the type {names}, and something else that no effect of the catalogue explains."
-        ),
+        Verdict::PartlyExplained => format!("Missing is an effect of the type {names}, and something else that no effect of the catalogue explains."),
         Verdict::NoneOfThese => "Something is missing, and no effect of the catalogue explains it.".into(),
         Verdict::WrongParameter => "No effect is missing: a base value is wrong.".into(),
-        Verdict::VariesBetweenSessions => {
-            "Something changes from session to session; one model cannot describe them all.".into()
-        }
-        Verdict::RecordingDefect => {
-            "A recording is not what it says it is; settle that before any physics is blamed.".into()
-        }
+        Verdict::VariesBetweenSessions => "Something changes from session to session; one model cannot describe them all.".into(),
+        Verdict::RecordingDefect => "A recording is not what it says it is; settle that before any physics is blamed.".into(),
         Verdict::Undecided => "These recordings cannot answer: fewer than two sound impacts are left.".into(),
     }
 }
