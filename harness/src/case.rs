@@ -117,7 +117,7 @@ fn docking(session: &Session, model: &Model) -> Result<Case, Error> {
         gridded(series, axis, start_ns, period.0, ticks)
     };
     let position = pose(|pose| pose.position_m[2], commanded);
-    let pitch = pose(|pose| pitch_rad(pose), commanded);
+    let pitch = pose(pitch_rad, commanded);
     let mut motion: Vec<AxisMotion> = (0..ticks)
         .map(|i| AxisMotion { pitch_rad: pitch.value[i], ..AxisMotion::moving(position.value[i], 0.0) })
         .collect();

@@ -4,6 +4,7 @@
 
 pub mod blocks;
 pub mod case;
+pub mod cli;
 pub mod diagnose;
 pub mod error;
 pub mod files;

@@ -295,7 +295,8 @@ fn squares(problem: &Problem, fit: &Fit, runs: &[usize], residuals: &[Vec<f64>])
     let docking = problem.declared[0].is_finite();
     let of = |(&run, residual): (&usize, &Vec<f64>)| {
         let prior: f64 = if docking {
-            (0..problem.runs[run].nuisances).map(|j| (fit.nuisances[run][j] / fit.scatter[j]).powi(2)).sum()
+            let ratios = (0..problem.runs[run].nuisances).map(|j| fit.nuisances[run][j] / fit.scatter[j]);
+            ratios.map(|ratio| ratio * ratio).sum()
         } else {
             0.0
         };
