@@ -3,3 +3,4 @@
 mod effects;
 mod page;
 mod recording;
+mod story;
