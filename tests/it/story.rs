@@ -102,8 +102,8 @@ fn groups() -> Vec<Group> {
             )]),
             held_out_gain: 41.7,
             reason: "the reading trails the force and rounds its onset, and its noise is coloured".into(),
-            splitting_experiment: "a tap on the sensor at rest: a low-pass rounds the edge, a transport delay only shifts it"
-                .into(),
+            splitting_experiment:
+                "a tap on the sensor at rest: a low-pass rounds the edge, a transport delay only shifts it".into(),
         },
     ]
 }

@@ -83,7 +83,9 @@ fn verdict(answer: &Diagnosis) -> String {
         Verdict::NothingMissing => "nothing missing: the model reaches the noise of these recordings".to_owned(),
         Verdict::Explained => format!("explained: {found}"),
         Verdict::PartlyExplained => format!("partly explained: {found}, and something else is left"),
-        Verdict::NoneOfThese => "none of these: something is missing that no effect of the catalogue explains".to_owned(),
+        Verdict::NoneOfThese => {
+            "none of these: something is missing that no effect of the catalogue explains".to_owned()
+        }
         Verdict::WrongParameter => format!("wrong parameter: {}", listed(&wrong(answer), "and")),
         Verdict::VariesBetweenSessions => format!("varies between recordings: {}", listed(&varying(answer), "and")),
         Verdict::RecordingDefect => format!("recording defect: {}", listed(&odd(answer), "and")),
@@ -99,7 +101,8 @@ fn wrong(answer: &Diagnosis) -> Vec<String> {
 /// Scatter that was found above what is declared.
 fn varying(answer: &Diagnosis) -> Vec<String> {
     let names = ["force offset", "stiffness", "damping"].into_iter().zip(&answer.scatter);
-    let names: Vec<String> = names.filter(|(_, [declared, found])| found > declared).map(|(n, _)| n.to_owned()).collect();
+    let names: Vec<String> =
+        names.filter(|(_, [declared, found])| found > declared).map(|(n, _)| n.to_owned()).collect();
     if names.is_empty() { vec!["more than is declared".to_owned()] } else { names }
 }
 
@@ -115,7 +118,10 @@ fn all_provenance(answer: &Diagnosis, provenance: &[(String, String)]) -> Vec<(S
     let source = if answer.noise.learned { "learned from a recording at rest" } else { "as the model declares it" };
     let force = super::words::value(answer.noise.force_floor_n, "N");
     let position = super::words::value(answer.noise.position_floor_m, "m");
-    all.push(("noise floor".to_owned(), format!("force {force}, position {position} (one standard deviation), {source}")));
+    all.push((
+        "noise floor".to_owned(),
+        format!("force {force}, position {position} (one standard deviation), {source}"),
+    ));
     for session in &answer.sessions {
         let is_named = provenance.iter().any(|(_, value)| value.contains(&session.sha256));
         if !is_named && !session.sha256.is_empty() {

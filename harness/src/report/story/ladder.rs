@@ -65,7 +65,8 @@ fn numbers_of(key: &str, channel: &LadderChannel, sessions: &[String]) -> Option
     let label = |label: &String| numbers(label.clone());
     let columns = std::iter::once(words("recording")).chain(channel.steps.iter().map(|step| label(&step.label)));
     let of = |index: usize, name: &String| {
-        let values = channel.steps.iter().map(|step| step.per_session.get(index).map_or("–".to_owned(), |rms| cell(*rms)));
+        let values =
+            channel.steps.iter().map(|step| step.per_session.get(index).map_or("–".to_owned(), |rms| cell(*rms)));
         row(None, std::iter::once(name.clone()).chain(values).collect())
     };
     let mut rows: Vec<page::Row> = sessions.iter().enumerate().map(|(index, name)| of(index, name)).collect();
@@ -81,7 +82,8 @@ fn numbers_of(key: &str, channel: &LadderChannel, sessions: &[String]) -> Option
         floor if floor > 0.0 => format!("Noise floor {}.", scale.figures(floor, 3)),
         _ => "The noise floor is not known.".to_owned(),
     };
-    let title = format!("{}, root mean square per test recording", scale.label(&format!("Error of {}", channel_of_key(key))));
+    let title =
+        format!("{}, root mean square per test recording", scale.label(&format!("Error of {}", channel_of_key(key))));
     table(Section::Ladder, &title, floor, columns.collect(), rows)
 }
 

@@ -111,7 +111,8 @@ fn sign(value: f64) -> &'static str {
 fn scatter(answer: &Diagnosis) -> Option<Table> {
     let names = ["force offset", "stiffness", "damping"];
     let rows = names.into_iter().enumerate().zip(&answer.scatter).map(|((index, name), [declared, found])| {
-        let text = |value: f64| if index == 0 { joined(&figures(value, 2), "N") } else { percent(100.0 * value, false) };
+        let text =
+            |value: f64| if index == 0 { joined(&figures(value, 2), "N") } else { percent(100.0 * value, false) };
         let ratio = if *declared > 0.0 { figures(found / declared, 2) } else { "–".to_owned() };
         row(None, vec![name.to_owned(), text(*declared), text(*found), ratio])
     });

@@ -94,7 +94,8 @@ fn residual(measured: &[f64], model: &[f64], factor: f64) -> Vec<f64> {
 
 fn residuals(changed: bool, before: Vec<f64>, after: Vec<f64>) -> Vec<Curve> {
     let mut curves = Vec::new();
-    curves.extend(changed.then(|| Curve { dashed: false, ..curve("model as given", Role::Earlier, before.into_iter()) }));
+    curves
+        .extend(changed.then(|| Curve { dashed: false, ..curve("model as given", Role::Earlier, before.into_iter()) }));
     curves.push(curve(after_label(changed), Role::Residual, after.into_iter()));
     curves
 }
