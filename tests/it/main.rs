@@ -1,4 +1,5 @@
 //! One integration binary.
 
+mod compare;
 mod effects;
 mod recording;
