@@ -4,6 +4,7 @@
 
 pub mod blocks;
 pub mod case;
+pub mod compare;
 pub mod diagnose;
 pub mod error;
 pub mod files;

@@ -1,5 +1,6 @@
 //! One integration binary.
 
+mod compare;
 mod effects;
 mod page;
 mod recording;
