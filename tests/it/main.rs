@@ -5,3 +5,4 @@ mod effects;
 mod page;
 mod recording;
 mod story;
+mod story_compare;

@@ -17,8 +17,8 @@ use std::collections::BTreeMap;
 
 const STIFFNESS_N_PER_M: f64 = 1066.0;
 const CUBIC_N_PER_M3: f64 = 9.1e6;
-const FORCE_SIGMA_N: f64 = 0.25;
-const POSITION_SIGMA_M: f64 = 5e-5;
+pub const FORCE_SIGMA_N: f64 = 0.25;
+pub const POSITION_SIGMA_M: f64 = 5e-5;
 const FORBIDDEN: [&str; 4] = ["validated", "accurate", "100 %", "100%"];
 
 /// Noise without a generator crate: an integer hash in [-1, 1], scaled to unit variance.
@@ -29,7 +29,7 @@ fn noise(index: usize, stream: usize) -> f64 {
 }
 
 /// One impact of 63 kg: 1.5 s approach, then the hardening spring, 4 s in all.
-fn impact(file: &str, role: &'static str, speed_m_per_s: f64, stream: usize) -> Curves {
+pub fn impact(file: &str, role: &'static str, speed_m_per_s: f64, stream: usize) -> Curves {
     let (mut depth_m, mut speed) = (-1.5 * speed_m_per_s, speed_m_per_s);
     let mut curves = Curves {
         file: file.into(),
@@ -263,7 +263,7 @@ fn page(verdict: Verdict) -> Page {
     diagnosis(&answer(verdict), &all_curves(), Some(&ladder()), &standard(), COMMAND, &provenance())
 }
 
-fn check_words(written: &str) {
+pub fn check_words(written: &str) {
     let lower = written.to_lowercase();
     for word in FORBIDDEN {
         assert!(!lower.contains(word), "the report says ‘{word}’");
@@ -271,7 +271,7 @@ fn check_words(written: &str) {
 }
 
 /// Digits of every number of a text; ids, hashes and file names are not numbers.
-fn check_digits(cell: &str) {
+pub fn check_digits(cell: &str) {
     let words = cell.split(|c: char| c.is_whitespace() || ",;:()".contains(c));
     for word in words.filter(|word| word.parse::<f64>().is_ok()) {
         let mantissa = word.split('e').next().unwrap_or(word).trim_start_matches(['+', '-']);

@@ -11,8 +11,12 @@
 //! | `missing` | what was found, what ties, how it was ranked, what could not be seen |
 //! | `quantities` | scores, base values, scatter, recordings |
 //! | `ladder` | the error ladder, also as a page of its own |
+//! | `comparison` | the page of a comparison: limits, blocks, quantities |
+//! | `compared` | curves of a comparison |
 //! | `words` | numbers, units and names as text |
 
+mod compared;
+mod comparison;
 mod diagnosis;
 mod ladder;
 mod maps;
@@ -22,5 +26,6 @@ mod signals;
 mod table;
 pub mod words;
 
+pub use comparison::comparison;
 pub use diagnosis::diagnosis;
 pub use ladder::ladder_page;

@@ -6,10 +6,10 @@ use crate::diagnose::noise::Noise;
 
 /// More recordings than these make a page that nobody scrolls through.
 const TESTS_MAX: usize = 3;
-const FORCE_HEIGHT_PX: u32 = 230;
-const RESIDUAL_HEIGHT_PX: u32 = 140;
-const MM_PER_M: f64 = 1e3;
-const UM_PER_M: f64 = 1e6;
+pub(super) const FORCE_HEIGHT_PX: u32 = 230;
+pub(super) const RESIDUAL_HEIGHT_PX: u32 = 140;
+pub(super) const MM_PER_M: f64 = 1e3;
+pub(super) const UM_PER_M: f64 = 1e6;
 
 /// The recordings that are shown: the first test recordings, those with contact first, and the learning recording that the model
 /// as given fits worst.
@@ -100,13 +100,14 @@ fn residuals(changed: bool, before: Vec<f64>, after: Vec<f64>) -> Vec<Curve> {
     curves
 }
 
-fn curve(label: &str, role: Role, values: impl Iterator<Item = f64>) -> Curve {
+/// A curve without gaps; earlier models are dashed.
+pub(super) fn curve(label: &str, role: Role, values: impl Iterator<Item = f64>) -> Curve {
     let dashed = matches!(role, Role::Earlier);
     Curve { label: label.to_owned(), role, y: values.map(Some).collect(), dashed }
 }
 
 /// A panel over time; the band is two standard deviations wide on both sides of zero, and absent where there is no noise.
-fn panel(y_label: &str, height_px: u32, time_s: &[f64], curves: Vec<Curve>, sigma: f64) -> Panel {
+pub(super) fn panel(y_label: &str, height_px: u32, time_s: &[f64], curves: Vec<Curve>, sigma: f64) -> Panel {
     let edge = |sign: f64| vec![sign * 2.0 * sigma; time_s.len()];
     let band = Band { low: edge(-1.0), high: edge(1.0), label: "±2σ of the noise".to_owned() };
     Panel {

@@ -25,10 +25,10 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// The prefix with which a value of this size reads best. Only times, lengths and speeds get one.
+    /// The prefix with which a value of this size reads best. Only times, lengths, speeds and energies get one.
     pub fn of(unit: &str, size: f64) -> Self {
         let size = size.abs();
-        let has_prefix = matches!(unit, "s" | "m" | "m/s");
+        let has_prefix = matches!(unit, "s" | "m" | "m/s" | "J");
         let (factor, prefix) = match size {
             _ if !has_prefix || size >= 1.0 || size <= 0.0 || size.is_nan() => (1.0, ""),
             _ if size >= 1e-3 => (1e3, "m"),
@@ -40,6 +40,24 @@ impl Scale {
     /// A value in SI units as text, with this many digits and the unit.
     pub fn figures(&self, value: f64, digits: i32) -> String {
         joined(&figures(value * self.factor, digits), &self.unit)
+    }
+
+    /// A value in SI units with its standard deviation; see [`value_with_sd`].
+    pub fn with_sd(&self, fitted: f64, sd: f64) -> String {
+        if !fitted.is_finite() {
+            return "not finite".to_owned();
+        }
+        let (value, sd) = (fitted * self.factor, sd * self.factor);
+        if sd.abs() <= 0.0 {
+            return joined(&number(value), &self.unit);
+        }
+        if !sd.is_finite() {
+            return format!("{}, sd unknown", joined(&number(value), &self.unit));
+        }
+        match pair(value, sd) {
+            (text, Some(sd_text)) => joined(&format!("{text} ±{HOLD}{sd_text}"), &self.unit),
+            (text, None) => format!("{}, sd below its last digit", joined(&text, &self.unit)),
+        }
     }
 
     /// A label that ends in the unit, as plots and columns want it.
@@ -88,22 +106,8 @@ pub fn value(value: f64, unit: &str) -> String {
 ///
 /// The standard deviation decides how many digits are shown. Zero means that the value was not fitted.
 pub fn value_with_sd(fitted: f64, sd: f64, unit: &str) -> String {
-    if !fitted.is_finite() {
-        return "not finite".to_owned();
-    }
-    if sd.abs() <= 0.0 {
-        return value(fitted, unit);
-    }
-    if !sd.is_finite() {
-        return format!("{}, sd unknown", value(fitted, unit));
-    }
-    let scale = Scale::of(unit, fitted.abs().max(sd));
-    let (here, sd) = (fitted * scale.factor, sd * scale.factor);
-    let (text, sd_text) = pair(here, sd);
-    match sd_text {
-        Some(sd_text) => joined(&format!("{text} ±{HOLD}{sd_text}"), &scale.unit),
-        None => format!("{}, sd below its last digit", joined(&text, &scale.unit)),
-    }
+    let size = if sd.is_finite() { fitted.abs().max(sd) } else { fitted };
+    Scale::of(unit, size).with_sd(fitted, sd)
 }
 
 /// A value and its standard deviation with the same last digit and the same exponent; the latter is `None` below that digit.
@@ -170,7 +174,7 @@ pub(super) fn joined(number: &str, unit: &str) -> String {
 }
 
 /// Endings of keys and their units, longer ones first.
-const ENDINGS: [(&str, &str); 13] = [
+const ENDINGS: [(&str, &str); 14] = [
     ("_n_s_per_m2", "N s/m^2"),
     ("_n_s_per_m", "N s/m"),
     ("_n_per_m3", "N/m^3"),
@@ -184,6 +188,7 @@ const ENDINGS: [(&str, &str); 13] = [
     ("_s", "s"),
     ("_m", "m"),
     ("_n", "N"),
+    ("_j", "J"),
 ];
 
 /// A key of a file as words and its unit: `contact.stiffness_n_per_m` is `stiffness`, in `N/m`.
