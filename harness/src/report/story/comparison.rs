@@ -3,6 +3,7 @@
 use super::super::page::{Heat, HeatRow, Page, Section, Table, Tone};
 use super::compared;
 use super::maps::channel_of_key;
+use super::quantities::grades;
 use super::table::{numbers, row, table, words};
 use super::words::{HOLD, Scale, counted, figures, joined, key, listed, number, value, value_with_sd};
 use crate::compare::{
@@ -237,7 +238,11 @@ fn each_block(comparison: &Comparison) -> impl Iterator<Item = (&SessionComparis
 fn quantities(comparison: &Comparison) -> Option<Table> {
     let all = comparison.sessions.iter().flat_map(|session| session.quantities.iter().map(move |q| (session, q)));
     let rows = all.map(|(session, quantity)| {
-        let (tone, verdict) = judged(quantity.verdict);
+        // A quantity gates nothing, so that it is never marked as a failure.
+        let (tone, verdict) = match judged(quantity.verdict) {
+            (Tone::Bad, verdict) => (Tone::Warning, verdict),
+            judged => judged,
+        };
         let size = quantity.measured.unwrap_or(0.0).abs().max(quantity.model.unwrap_or(0.0).abs());
         let scale = Scale::of(&quantity.unit, size);
         let own = |value: Option<f64>| value.map_or_else(|| "not found".to_owned(), |value| scale.figures(value, 3));
@@ -331,7 +336,7 @@ fn sessions(comparison: &Comparison) -> Option<Table> {
         let cells = vec![
             session.file.clone(),
             session.kind.id().to_owned(),
-            format!("{:?}, {}", session.grade, session.grade.about()),
+            format!("{:?}", session.grade),
             session.software_sentence.clone(),
             free_runs,
             verdict.to_owned(),
@@ -346,8 +351,11 @@ fn sessions(comparison: &Comparison) -> Option<Table> {
         words("free runs"),
         words("verdict"),
     ];
-    let note = "Software block: recorded force in, command out; what closes to rounding is our own software as the model \
-                describes it.";
+    let note = format!(
+        "Grades: {}. Software block: recorded force in, command out; what closes to rounding is our own software as the model \
+         describes it.",
+        grades(comparison.sessions.iter().map(|session| session.grade))
+    );
     table(Section::Quantities, "Recordings", note, columns, rows.collect())
 }
 

@@ -148,15 +148,16 @@ fn sessions(answer: &Diagnosis) -> Option<Table> {
         "Roles: learn, fitted and left out in turn; test, final score only; aux, noise and free motion. Grades: {}. A marked \
          recording differs from the others or is not what it says. Software block: recorded force in, command out; what closes \
          to rounding is our own software as the model describes it. Own: offset, and stiffness and damping against the shared ones.",
-        grades(answer)
+        grades(answer.sessions.iter().map(|session| session.grade))
     );
     table(Section::Quantities, "Recordings", note, columns, rows.collect())
 }
 
 /// What the grades that occur mean.
-fn grades(answer: &Diagnosis) -> String {
+pub(super) fn grades(of: impl Iterator<Item = Grade>) -> String {
+    let found: Vec<Grade> = of.collect();
     let all = [Grade::A, Grade::B, Grade::C, Grade::D].into_iter();
-    let occurring = all.filter(|grade| answer.sessions.iter().any(|session| session.grade == *grade));
+    let occurring = all.filter(|grade| found.contains(grade));
     listed(&occurring.map(|grade| format!("{grade:?}, {}", grade.about())).collect::<Vec<String>>(), "or")
 }
 
