@@ -37,7 +37,7 @@ pub struct Compared {
     /// For the heat map over all recordings.
     pub blocks: Vec<quality::Block>,
     /// Sentences.
-    pub findings: Vec<String>,
+    pub findings: Vec<(words::Rank, String)>,
 }
 
 /// Compares one run of the problem.
