@@ -10,7 +10,7 @@ use harness::compare::{
 use harness::diagnose::quality::Phase;
 use harness::diagnose::software::CLOSED_M;
 use harness::error::Error;
-use harness::model::{Model, from_session};
+use harness::model::{EffectModel, Model, from_session};
 use harness::recording::{Grade, Kind, Pose, ReadOptions, Series, Session, read};
 use sim_core::space::AxisMotion;
 
@@ -125,6 +125,38 @@ fn a_missing_stiffness_shows_in_the_force_while_in_contact() {
     assert_eq!(channel, "force_z_n");
     assert!(matches!(worst.phase, Phase::Compression | Phase::Expansion), "{worst:?}");
     assert!(misfit(&comparison, "measured_z_m", Phase::Compression) < 1.5);
+}
+
+#[test]
+fn with_the_effect_added_the_model_is_inside_noise() {
+    // The truth of dev/truth.json, in our own implementation of each effect.
+    let truths: [(&str, &[(&str, &[f64])]); 5] = [
+        ("d1", &[("stiffness-hardening", &[9.0e6])]),
+        ("d3", &[("command-delay", &[0.008])]),
+        ("d4", &[("force-lag", &[14.0, 2.0])]),
+        ("d5", &[("tool-inertia", &[6.5])]),
+        ("d6", &[("stiffness-hardening", &[16.0e6]), ("force-bias-drift", &[0.18])]),
+    ];
+    let catalog = sim_core::effects::standard();
+    let (mut inside, mut all) = (0, 0);
+    for (name, effects) in truths {
+        let Some(sessions) = set(name, &FILES) else { return };
+        let mut model = from_session(&sessions[2]).unwrap();
+        for (id, values) in effects {
+            let names = catalog.get(id).unwrap().params.iter().map(|param| param.name.to_string());
+            let values = names.zip(values.iter().copied()).collect();
+            model.effects.push(EffectModel { id: (*id).into(), enabled: true, source: String::new(), values });
+        }
+        let comparison = against(&model, &sessions, &[], 40).unwrap();
+        assert_eq!(comparison.verdict, CompareVerdict::InsideNoise, "{name}: {:#?}", comparison.findings);
+        for session in impacts(&comparison) {
+            assert!(session.software.closure_m.unwrap() < CLOSED_M, "{name}: {:?}", session.software);
+            all += session.quantities.len();
+            inside += session.quantities.iter().filter(|one| one.verdict == Verdict::InsideNoise).count();
+        }
+    }
+    // 95 % are expected; speed, restitution and energy of one run go together, so that few runs decide.
+    assert!(10 * inside >= 8 * all, "{inside} of {all} quantities of the free runs inside");
 }
 
 #[test]

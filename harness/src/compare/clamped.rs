@@ -8,7 +8,7 @@ use super::agreement::Agreement;
 use super::log::contact_force_n;
 use super::quantity::autocovariance;
 use super::result::{Block, Fitted, HeatCell, HeatRow, Verdict};
-use crate::case::Channel;
+use crate::case::{Case, Channel};
 use crate::diagnose::fit::{Fit, own_nuisance};
 use crate::diagnose::problem::{Nuisance, Problem, Scratch, Trial};
 use crate::diagnose::quality::{self, Contact, Phase};
@@ -19,13 +19,36 @@ use sim_core::trace::Trace;
 
 /// How far the window of the RMSE reaches beyond the contact.
 const MARGIN_S: f64 = 0.020;
-/// Least limit of Q, above which noise alone is not believed. The noise itself is known to a few per cent from 4 s at rest.
+/// Least limit of Q, above which noise alone is not believed.
 const Q_LIMIT_MIN: f64 = 1.35;
 /// How many times its declared standard deviation a number of one recording may be fitted away.
 pub const FITTED_SIGMAS_MAX: f64 = 3.0;
 /// Significance for a whole recording and for one phase of it; a phase is one of many that are looked at.
 const SIGMAS_SESSION: f64 = 3.0;
 const SIGMAS_PHASE: f64 = 4.0;
+
+/// How well the noise is known: how many independent values the recording at rest gave; infinite where it was declared.
+#[derive(Debug, Clone, Copy)]
+pub struct Known {
+    /// Of the force: blocks of 40 ms, since the slow part decides its misfit.
+    pub force: f64,
+    /// Of the position, whose noise is white: samples.
+    pub position: f64,
+}
+
+impl Known {
+    /// From the recording at rest, if there is one.
+    pub fn from_rest(at_rest: Option<&Case>) -> Self {
+        match at_rest {
+            Some(case) => Known {
+                force: case.sensed_n.known_values().count() as f64 * case.rates.sensor_period.seconds()
+                    / quality::BLOCK_S,
+                position: case.measured_m.known_values().count() as f64,
+            },
+            None => Known { force: f64::INFINITY, position: f64::INFINITY },
+        }
+    }
+}
 
 /// One recording under the model.
 pub struct Clamped {
@@ -164,7 +187,13 @@ pub fn fitted(problem: &Problem, index: usize, nuisance: &Nuisance) -> Vec<Fitte
 }
 
 /// The path and the force block of a docking cell, or the one block of a drive.
-pub fn blocks(problem: &Problem, index: usize, clamped: &Clamped, noise: &SensorNoise, known: bool) -> Vec<Block> {
+pub fn blocks(
+    problem: &Problem,
+    index: usize,
+    clamped: &Clamped,
+    noise: &SensorNoise,
+    known: Option<Known>,
+) -> Vec<Block> {
     let case = &problem.runs[index].case;
     let window = clamped.contact.map(|contact| (contact.first_s - MARGIN_S, contact.last_s + MARGIN_S));
     let position_gamma = |lag: usize| {
@@ -179,7 +208,7 @@ pub fn blocks(problem: &Problem, index: usize, clamped: &Clamped, noise: &Sensor
         name: if drive { "drive: applied force → position" } else { "path: command → measured pose" },
         channel: quality::Channel::Position,
         unit: "m",
-        floor: if known { problem.noise.position_floor_m } else { 0.0 },
+        floor: if known.is_some() { problem.noise.position_floor_m } else { 0.0 },
         measured: &case.measured_m,
         model: &clamped.measured_m,
         plain: &clamped.plain_m,
@@ -218,20 +247,24 @@ struct Residual<'a> {
 }
 
 impl Residual<'_> {
-    fn block(&self, blocks: &[quality::Block], known: bool) -> Block {
+    fn block(&self, blocks: &[quality::Block], known: Option<Known>) -> Block {
         let everywhere = (f64::NEG_INFINITY, f64::INFINITY);
         let (rms, _) = self.rms(self.model, everywhere);
         let (rms_unfitted, _) = self.rms(self.plain, everywhere);
         let contact = self.window.map(|window| self.rms(self.model, window)).filter(|(_, count)| *count > 0);
         let here = || blocks.iter().filter(|block| block.channel == self.channel);
         let (q, count) = quality::average(here().map(|block| block.chi2));
-        let q_limit = q_limit(count, SIGMAS_SESSION);
+        let rest = match self.channel {
+            quality::Channel::Force => known.map_or(f64::INFINITY, |known| known.force),
+            quality::Channel::Position => known.map_or(f64::INFINITY, |known| known.position),
+        };
+        let limit = q_limit(count, rest, SIGMAS_SESSION);
         let outside = |phase: &Phase| {
             let (q, count) = quality::average(here().filter(|b| b.phase == *phase).map(|b| b.chi2));
-            count > 0 && q > q_limit_of_phase(count)
+            count > 0 && q > q_limit(count, rest, SIGMAS_PHASE)
         };
         let phases_outside: Vec<Phase> = Phase::ALL.into_iter().filter(outside).collect();
-        let is_outside = q > q_limit || q.is_nan() || !phases_outside.is_empty();
+        let is_outside = q > limit || q.is_nan() || !phases_outside.is_empty();
         Block {
             block: self.name.into(),
             channel: channel_name(self.channel).into(),
@@ -242,10 +275,10 @@ impl Residual<'_> {
             agreement: self.window.and_then(|window| Agreement::of(&self.pairs(self.model, window))),
             noise_floor: self.floor,
             unit: self.unit.into(),
-            misfit: known.then(|| libm::sqrt(q)),
-            misfit_limit: libm::sqrt(q_limit),
-            phases_outside: if known { phases_outside } else { Vec::new() },
-            verdict: match (known, is_outside) {
+            misfit: known.map(|_| libm::sqrt(q)),
+            misfit_limit: libm::sqrt(limit),
+            phases_outside: if known.is_some() { phases_outside } else { Vec::new() },
+            verdict: match (known.is_some(), is_outside) {
                 (false, _) => Verdict::CannotSay,
                 (true, true) => Verdict::Outside,
                 (true, false) => Verdict::InsideNoise,
@@ -285,13 +318,10 @@ impl Residual<'_> {
     }
 }
 
-fn q_limit_of_phase(count: usize) -> f64 {
-    q_limit(count, SIGMAS_PHASE)
-}
-
-/// The value that a mean of `count` squares of white noise stays below, at this many sigma (Wilson and Hilferty 1931).
-fn q_limit(count: usize, sigmas: f64) -> f64 {
-    let spread = 2.0 / (9.0 * (count as f64).max(1.0));
+/// The value that a mean of `count` squares of white noise stays below, at this many sigma (Wilson and Hilferty 1931), when the
+/// noise itself is known from `rest` values only: relative variances add.
+fn q_limit(count: usize, rest: f64, sigmas: f64) -> f64 {
+    let spread = 2.0 / 9.0 * (1.0 / (count as f64).max(1.0) + 1.0 / rest.max(1.0));
     let root = 1.0 - spread + sigmas * libm::sqrt(spread);
     (root * root * root).max(Q_LIMIT_MIN)
 }

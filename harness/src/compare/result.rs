@@ -128,7 +128,8 @@ pub struct Block {
     pub unit: String,
     /// Misfit √Q in multiples of the noise, over blocks of 40 ms; absent where the noise is not known.
     pub misfit: Option<f64>,
-    /// Misfit above which noise alone is not believed (3 sigma for this number of blocks, and at least √1.35).
+    /// Misfit above which noise alone is not believed (3 sigma for this number of blocks and for what the
+    /// recording at rest tells of the noise, and at least √1.35).
     pub misfit_limit: f64,
     /// Phases whose own misfit noise alone would not reach (4 sigma for their number of blocks).
     pub phases_outside: Vec<Phase>,

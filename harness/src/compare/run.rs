@@ -1,6 +1,6 @@
 //! The comparison as one function from model and recordings to values.
 
-use super::clamped;
+use super::clamped::{self, Known};
 use super::limit::{self, Limit, Outcome};
 use super::quantity;
 use super::result::{CompareVerdict, Comparison, LimitResult, SessionComparison, Verdict};
@@ -78,7 +78,7 @@ pub fn compare(request: Request<'_>) -> Result<Comparison, Error> {
         trial: &trial,
         catalog: request.catalog,
         noise: quantity::sensor_noise(&noise),
-        known,
+        known: known.then(|| Known::from_rest(at_rest.as_ref())),
         free_run: request.free_run,
     };
     let indices = 0..problem.runs.len();
