@@ -124,13 +124,8 @@ fn free(model: &Model, attached: &[Attached<Axis>], case: &Case, inputs: &Inputs
     let mut rig = blocks::docking_rig(model, &inputs.base, case.mass_kg);
     // The sensor has the offset; the compensator does not know of it.
     rig.sensor.bias_n += inputs.offset_n;
-    let start = Start {
-        first: case.first,
-        from: Nanos(0),
-        until: case.until,
-        noise: inputs.noise,
-        streams: inputs.streams,
-    };
+    let start =
+        Start { first: case.first, from: Nanos(0), until: case.until, noise: inputs.noise, streams: inputs.streams };
     let mut trace = Trace::default();
     ClosedLoop::new(&rig, attached, inputs.rates).run(&start, &Clamps::default(), Columns::LOG, &mut trace);
     let late_s: f64 = attached.iter().map(|attached| attached.effect.stamp_offset_s()).sum();

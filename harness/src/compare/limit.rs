@@ -53,13 +53,14 @@ impl Limit {
     /// Whether channel and value can be judged.
     pub(super) fn check(&self) -> Result<(), Error> {
         if unit_of(&self.channel).is_none() {
-            return Err(
-                Error::new(format!("no channel `{}` to set a limit on", self.channel)).help(known_channels())
-            );
+            return Err(Error::new(format!("no channel `{}` to set a limit on", self.channel)).help(known_channels()));
         }
         if !(self.value.is_finite() && self.value >= 0.0) {
-            return Err(Error::new(format!("limit {} = {} is not a finite number from 0 up", self.channel, self.value))
-                .help("a limit is the largest absolute difference that is accepted"));
+            return Err(Error::new(format!(
+                "limit {} = {} is not a finite number from 0 up",
+                self.channel, self.value
+            ))
+            .help("a limit is the largest absolute difference that is accepted"));
         }
         Ok(())
     }

@@ -13,6 +13,7 @@
 //!
 //! Signals are never aligned: a shift that would fit better is reported and applied nowhere.
 
+mod agreement;
 mod clamped;
 mod free_run;
 mod limit;
@@ -25,6 +26,7 @@ mod shift;
 mod signals;
 mod words;
 
+pub use agreement::Agreement;
 pub use limit::{CHANNELS, Limit, Outcome};
 pub use result::{
     Block, CompareVerdict, Comparison, Fitted, FreeRunSummary, HeatCell, HeatRow, LimitResult, Quantity,

@@ -7,6 +7,9 @@
 //! | rebound speed | mean velocity of the satellites from 60 to 160 ms after contact, positive leaving |
 //! | observed energy | net force on the satellites times their mean velocity of each tick, over contact and 60 ms on either side |
 //!
+//! Uncertainty: `u² = u_data² + u_input² + u_numerical²`. The path is drawn exactly at every instant and the laws have no
+//! memory, so that u_numerical is 0 unless an effect of the model integrates.
+//!
 //! The energy needs no force sample: `F = -m (v₊ - v₋) / T` is the force that acted, and `Σ F (v₊ + v₋)/2 T` is exact.
 
 use super::log::Log;

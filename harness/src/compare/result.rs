@@ -1,5 +1,6 @@
 //! What a comparison says, as plain values that go to text, JSON and the report page alike.
 
+use super::agreement::Agreement;
 use super::limit::Outcome;
 use crate::diagnose::noise::Noise;
 use crate::diagnose::quality::Phase;
@@ -119,13 +120,16 @@ pub struct Block {
     pub rms_contact: Option<f64>,
     /// Twice the standard deviation of [`Block::rms_contact`] from the noise, in `unit`.
     pub rms_contact_uncertainty: Option<f64>,
+    /// Fit, magnitude and phase over the same window; of the force, with known bias and weight taken out.
+    pub agreement: Option<Agreement>,
     /// Standard deviation of the channel at rest, in `unit`; 0 where it is not known.
     pub noise_floor: f64,
-    /// Unit of the four numbers above.
+    /// Unit of the numbers above.
     pub unit: String,
     /// Misfit √Q in multiples of the noise, over blocks of 40 ms; absent where the noise is not known.
     pub misfit: Option<f64>,
-    /// Misfit above which noise alone is not believed (3 sigma for this number of blocks, and at least √1.35).
+    /// Misfit above which noise alone is not believed (3 sigma for this number of blocks and for what the
+    /// recording at rest tells of the noise, and at least √1.35).
     pub misfit_limit: f64,
     /// Phases whose own misfit noise alone would not reach (4 sigma for their number of blocks).
     pub phases_outside: Vec<Phase>,
@@ -186,7 +190,8 @@ pub struct Shift {
     pub gain: f64,
     /// Which share of the chi² above its expectation that is.
     pub share_of_excess: f64,
-    /// Whether it is more than two standard deviations and more than 25 of chi².
+    /// Whether it is more than two standard deviations and 25 of chi², and leaves little above the noise: else something that
+    /// is no shift is imitated.
     pub finding: bool,
 }
 

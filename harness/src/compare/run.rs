@@ -1,11 +1,11 @@
 //! The comparison as one function from model and recordings to values.
 
-use super::clamped;
+use super::clamped::{self, Known};
 use super::limit::{self, Limit, Outcome};
 use super::quantity;
 use super::result::{CompareVerdict, Comparison, LimitResult, SessionComparison, Verdict};
 use super::session::{self, Compared, Shared};
-use super::words;
+use super::words::{self, Rank};
 use crate::blocks::Base;
 use crate::case::Case;
 use crate::diagnose::noise::Noise;
@@ -59,7 +59,8 @@ pub fn compare(request: Request<'_>) -> Result<Comparison, Error> {
     let at_rest = request.sessions.iter().find(|session| session.kind == Kind::Static);
     let at_rest = at_rest.map(|session| Case::of(session, model)).transpose()?;
     let compared = request.sessions.iter().filter(|session| session.kind != Kind::Static);
-    let cases: Vec<Case> = compared.map(|session| Case::of(session, model)).collect::<Result<_, _>>()?;
+    let cases = compared.map(|session| Ok(without_prehistory(Case::of(session, model)?, model)));
+    let cases: Vec<Case> = cases.collect::<Result<_, Error>>()?;
     check_cases(model, &cases)?;
     let noise = Noise::learn(at_rest.as_ref(), model);
     let known = noise_is_known(model, &noise)?;
@@ -77,12 +78,27 @@ pub fn compare(request: Request<'_>) -> Result<Comparison, Error> {
         trial: &trial,
         catalog: request.catalog,
         noise: quantity::sensor_noise(&noise),
-        known,
+        known: known.then(|| Known::from_rest(at_rest.as_ref())),
         free_run: request.free_run,
     };
     let indices = 0..problem.runs.len();
     let all: Vec<Compared> = indices.into_par_iter().map(|index| session::compared(&shared, index)).collect();
     Ok(assembled(&request, noise, at_rest.as_ref(), known, all))
+}
+
+/// Leaves out what answers to commands from before the recording began. An impact comes in on a straight line and has none; a
+/// free flight may have been turning.
+fn without_prehistory(mut case: Case, model: &Model) -> Case {
+    if case.kind == Kind::FreeFlight {
+        let until_s =
+            model.timing.command_delay_s + model.timing.measurement_delay_s + 2.0 * model.timing.loop_period_s;
+        let early = |first_s: f64, period_s: f64| libm::ceil((until_s - first_s) / period_s).max(0.0) as usize;
+        let poses = early(case.loop_time_s(0), case.rates.loop_period.seconds());
+        let forces = early(case.sensor_time_s(0), case.rates.sensor_period.seconds());
+        case.measured_m.known.iter_mut().take(poses).for_each(|known| *known = false);
+        case.sensed_n.known.iter_mut().take(forces).for_each(|known| *known = false);
+    }
+    case
 }
 
 fn assembled(
@@ -93,18 +109,22 @@ fn assembled(
     all: Vec<Compared>,
 ) -> Comparison {
     let heat = if known { clamped::heat(all.iter().flat_map(|one| one.blocks.iter())) } else { Vec::new() };
-    let mut findings: Vec<String> = all.iter().flat_map(|one| one.findings.iter().cloned()).collect();
-    findings.extend(at_rest.and_then(|case| words::drift(case, &noise)));
+    let mut ranked: Vec<(Rank, String)> = all.iter().flat_map(|one| one.findings.iter().cloned()).collect();
+    ranked.extend(at_rest.and_then(|case| words::drift(case, &noise)).map(|text| (Rank::Noise, text)));
     if !noise.learned {
-        let what = "the noise is the model's declared one: no recording at rest was given";
-        findings.push(what.into());
+        let text = "the noise is the model's declared one: no recording at rest was given";
+        ranked.push((Rank::Noise, text.into()));
     }
+    // Stable: within a rank the recordings keep their order.
+    ranked.sort_by_key(|(rank, _)| *rank);
+    let mut findings: Vec<String> = ranked.into_iter().map(|(_, text)| text).collect();
     let sessions: Vec<SessionComparison> = all.into_iter().map(|one| one.session).collect();
     let limits: Vec<LimitResult> =
         sessions.iter().flat_map(|session| request.limits.iter().filter_map(|limit| held(limit, session))).collect();
     let verdict = verdict(request, &sessions, &limits);
     if verdict == CompareVerdict::Undecided && limits.iter().all(|limit| limit.outcome == Outcome::Pass) {
-        findings.insert(0, "every limit holds, but the software block does not close: nothing is passed before that is settled".into());
+        let text = "every limit holds, but the software block does not close: nothing passes before that is settled";
+        findings.insert(0, text.into());
     }
     Comparison { schema: 1, model: request.model.name.clone(), noise, verdict, sessions, heat, findings, limits }
 }

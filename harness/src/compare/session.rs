@@ -1,6 +1,6 @@
 //! One recording: software block, clamped blocks, free run.
 
-use super::clamped::{self, Clamped};
+use super::clamped::{self, Clamped, Known};
 use super::log::Log;
 use super::quantity::{self, Sides};
 use super::result::{Block, Quantity, SessionComparison, Verdict};
@@ -24,8 +24,8 @@ pub struct Shared<'a> {
     pub catalog: &'a Catalog<Axis>,
     /// Noise of the sensor in its parts.
     pub noise: SensorNoise,
-    /// Whether the noise is known at all.
-    pub known: bool,
+    /// How well the noise is known; `None` where it is not known at all.
+    pub known: Option<Known>,
     /// Free runs.
     pub free_run: FreeRun,
 }
@@ -37,7 +37,7 @@ pub struct Compared {
     /// For the heat map over all recordings.
     pub blocks: Vec<quality::Block>,
     /// Sentences.
-    pub findings: Vec<String>,
+    pub findings: Vec<(words::Rank, String)>,
 }
 
 /// Compares one run of the problem.
@@ -79,7 +79,7 @@ pub fn compared(shared: &Shared<'_>, index: usize) -> Compared {
         free_run: summary,
         shift_force,
         shift_pose,
-        heat: if shared.known { clamped::heat(clamped.blocks.iter()) } else { Vec::new() },
+        heat: if shared.known.is_some() { clamped::heat(clamped.blocks.iter()) } else { Vec::new() },
         signals: signals::signals(problem, index, trial, &clamped, band.as_ref()),
     };
     Compared { session, blocks: clamped.blocks, findings }

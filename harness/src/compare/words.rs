@@ -1,13 +1,12 @@
 //! What a comparison found, in sentences with value and unit.
 
+use super::clamped::FITTED_SIGMAS_MAX;
 use super::result::{Block, Fitted, FreeRunSummary, Quantity, Shift, Verdict};
 use crate::case::Case;
 use crate::diagnose::noise::{Noise, trend};
 use crate::diagnose::software::Software;
 use crate::recording::Grade;
 
-/// A fitted number further than this from its declared value, in declared standard deviations, is worth a sentence.
-const FITTED_SIGMAS: f64 = 3.0;
 /// A drift at rest is one from here on, in its own standard deviations.
 const DRIFT_SIGMAS: f64 = 4.0;
 
@@ -17,7 +16,9 @@ pub fn software(software: &Software) -> String {
         return "no contact with the loop closed: the software block says nothing here".into();
     };
     if software.closes() {
-        return format!("our software, recomputed from the recorded force, gives the recorded commands to {closure_m:.1e} m");
+        return format!(
+            "our software, recomputed from the recorded force, gives the recorded commands to {closure_m:.1e} m"
+        );
     }
     let mut named = Vec::new();
     if software.clock_offset_s != 0.0 {
@@ -33,15 +34,38 @@ pub fn software(software: &Software) -> String {
         named.push(format!("the controller's pose {:.2} ms later than declared", delay_s * 1e3));
     }
     let found_m = software.closure_found_m.unwrap_or(closure_m);
-    let head = format!("our software, recomputed from the recorded force, misses the recorded commands by {closure_m:.1e} m");
+    let head =
+        format!("our software, recomputed from the recorded force, misses the recorded commands by {closure_m:.1e} m");
     match (named.is_empty(), software.explained()) {
         (false, true) => format!("{head}; with {} it agrees to {found_m:.1e} m", named.join(" and ")),
-        (false, false) => format!("{head}; {} leaves {found_m:.1e} m, so clock, mass or compensator is wrong in another way", named.join(" and ")),
+        (false, false) => format!(
+            "{head}; {} leaves {found_m:.1e} m, so clock, mass or compensator is wrong in another way",
+            named.join(" and ")
+        ),
         _ => format!("{head}; no clock, mass, bias or delay that was tried explains it"),
     }
 }
 
-/// What to say of one recording, most important first.
+/// How much a finding matters: what must be settled first comes first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Rank {
+    /// Our own software, or the clock, mass or compensator that it believes.
+    Software,
+    /// A block is above its noise.
+    Block,
+    /// A shift in time would explain it.
+    Shift,
+    /// The noise is not what it should be.
+    Noise,
+    /// A number of one recording is at its limit.
+    Fitted,
+    /// The loop as a whole.
+    FreeRun,
+    /// The file itself.
+    File,
+}
+
+/// What to say of one recording.
 pub struct Session<'a> {
     /// File name.
     pub file: &'a str,
@@ -63,27 +87,30 @@ pub struct Session<'a> {
     pub free_run: Option<&'a FreeRunSummary>,
 }
 
-/// The findings of one recording.
-pub fn session(session: &Session<'_>) -> Vec<String> {
+/// The findings of one recording, with their rank.
+pub fn session(session: &Session<'_>) -> Vec<(Rank, String)> {
     let file = session.file;
     let mut out = Vec::new();
     if !session.software.closes() {
-        out.push(format!("{file}: {}; settle this first", session.software_sentence));
+        out.push((Rank::Software, format!("{file}: {}; settle this first", session.software_sentence)));
     }
-    out.extend(session.blocks.iter().filter(|block| block.verdict == Verdict::Outside).map(|block| outside(file, block)));
+    let blocks = session.blocks.iter().filter(|block| block.verdict == Verdict::Outside);
+    out.extend(blocks.map(|block| (Rank::Block, outside(file, block))));
     for (shift, channel) in session.shifts.iter().zip(["force", "reported pose"]) {
-        out.extend(shift.filter(|shift| shift.finding).map(|shift| shifted(file, channel, shift)));
+        let finding = shift.filter(|shift| shift.finding);
+        out.extend(finding.map(|shift| (Rank::Shift, shifted(file, channel, shift))));
     }
-    out.extend(session.fitted.iter().filter_map(|fitted| far(file, fitted)));
+    out.extend(session.fitted.iter().filter_map(|fitted| far(file, fitted)).map(|text| (Rank::Fitted, text)));
     if let Some(free_run) = session.free_run.filter(|free_run| free_run.diverged > 0) {
         let (diverged, samples) = (free_run.diverged, free_run.samples);
-        out.push(format!(
+        let text = format!(
             "{file}: {diverged} of {samples} free runs left 1 m or became infinite: the model's loop is unstable there"
-        ));
+        );
+        out.push((Rank::FreeRun, text));
     }
-    out.extend(session.quantities.iter().filter(|q| q.verdict == Verdict::Outside).filter_map(|q| differs(file, q)));
+    out.extend(differ(file, session.quantities).map(|text| (Rank::FreeRun, text)));
     if session.grade != Grade::A {
-        out.push(format!("{file}: grade {:?}, {}", session.grade, session.grade.about()));
+        out.push((Rank::File, format!("{file}: grade {:?}, {}", session.grade, session.grade.about())));
     }
     out
 }
@@ -116,25 +143,33 @@ fn shifted(file: &str, channel: &str, shift: &Shift) -> String {
 
 fn far(file: &str, fitted: &Fitted) -> Option<String> {
     let declared = fitted.declared?;
-    let sigmas = fitted.value / declared;
-    (sigmas.abs() > FITTED_SIGMAS).then(|| {
+    // At the limit up to rounding.
+    (fitted.value.abs() > 0.999_999 * FITTED_SIGMAS_MAX * declared).then(|| {
         let unit = if fitted.unit == "1" { String::new() } else { format!(" {}", fitted.unit) };
+        let (name, value) = (&fitted.name, fitted.value);
         format!(
-            "{file}: the {} that fits is {:+.4}{unit}, {:.1} times the declared repeatability",
-            fitted.name,
-            fitted.value,
-            sigmas.abs()
+            "{file}: the {name} is at {value:+.4}{unit}, the limit of {FITTED_SIGMAS_MAX} times the declared repeatability, and \
+             would go further"
         )
     })
 }
 
-fn differs(file: &str, quantity: &Quantity) -> Option<String> {
+/// All quantities that differ, in one sentence.
+fn differ(file: &str, quantities: &[Quantity]) -> Option<String> {
+    let outside = quantities.iter().filter(|quantity| quantity.verdict == Verdict::Outside);
+    let told: Vec<String> = outside.filter_map(difference).collect();
+    (!told.is_empty()).then(|| {
+        format!(
+            "{file}: the free run differs by {}; one number in twenty does so by chance, and none decides without a limit",
+            told.join(", ")
+        )
+    })
+}
+
+fn difference(quantity: &Quantity) -> Option<String> {
     let (difference, uncertainty) = (quantity.difference?, quantity.uncertainty?);
     let unit = if quantity.unit == "1" { String::new() } else { format!(" {}", quantity.unit) };
-    Some(format!(
-        "{file}: free run: {} differs by {difference:+.4} ± {uncertainty:.4}{unit}; shown, gates nothing without a limit",
-        quantity.name
-    ))
+    Some(format!("{difference:+.4} ± {uncertainty:.4}{unit} in {}", quantity.name))
 }
 
 /// A trend of the force at rest.
@@ -147,6 +182,9 @@ pub fn drift(at_rest: &Case, noise: &Noise) -> Option<String> {
     let period_s = at_rest.rates.sensor_period.seconds();
     (slope.abs() > DRIFT_SIGMAS * sd).then(|| {
         let (rate, wide) = (slope / period_s, 2.0 * sd / period_s);
-        format!("{}: the force drifts at rest by {rate:+.4} ± {wide:.4} N/s; no drift is part of the noise", at_rest.name)
+        format!(
+            "{}: the force drifts at rest by {rate:+.4} ± {wide:.4} N/s; no drift is part of the noise",
+            at_rest.name
+        )
     })
 }
