@@ -170,7 +170,7 @@ pub fn force(
 }
 
 /// The samples as the recorder stamps them: `late` sample periods late, on the straight line between two samples.
-fn stamped(samples: &[f64], late: f64) -> Vec<f64> {
+pub fn stamped(samples: &[f64], late: f64) -> Vec<f64> {
     if late == 0.0 {
         return samples.to_vec();
     }

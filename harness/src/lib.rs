@@ -5,6 +5,7 @@
 pub mod blocks;
 pub mod case;
 pub mod cli;
+pub mod compare;
 pub mod diagnose;
 pub mod error;
 pub mod files;

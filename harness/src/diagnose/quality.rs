@@ -8,7 +8,7 @@ use crate::case::Case;
 use serde::Serialize;
 
 /// Length of a block: a few periods of the loop, a twentieth of a contact.
-const BLOCK_S: f64 = 0.040;
+pub const BLOCK_S: f64 = 0.040;
 /// Half length of the windows around first and last contact.
 const EDGE_S: f64 = 0.060;
 

@@ -25,6 +25,7 @@ mod pack;
 mod page;
 mod render;
 mod still;
+pub mod story;
 mod text;
 mod wrap;
 

@@ -95,13 +95,21 @@ fn id(section: Section) -> &'static str {
     }
 }
 
+/// A name that is kept on one line, though it has hyphens at which a browser would break it.
+fn is_word(text: &str) -> bool {
+    text.chars().count() <= 24 && !text.contains(' ')
+}
+
 fn table(table: &Table) -> Value {
     let align = |index: usize| if table.columns.get(index).is_some_and(|c| c.align_right) { "right" } else { "left" };
     let columns = table.columns.iter().enumerate().map(|(index, column)| {
         context! { label => &column.label, align => align(index) }
     });
     let rows = table.rows.iter().map(|row| {
-        let cells = row.cells.iter().enumerate().map(|(index, text)| context! { text, align => align(index) });
+        let cells = row.cells.iter().enumerate().map(|(index, text)| {
+            let word = if is_word(text) { " word" } else { "" };
+            context! { text, align => format!("{}{word}", align(index)) }
+        });
         context! {
             tone => row.tone.map(tone),
             mark => row.tone.map(Tone::mark),

@@ -1,12 +1,13 @@
 //! Words into lines, for the text report and for labels in drawings.
 
-/// Splits a text at spaces into lines of at most `width` characters; a longer word is split. At least one line.
+/// Splits a text at spaces into lines of at most `width` characters; a longer word is split. At least one line. No-break spaces
+/// hold a number and its unit together.
 ///
 /// Counts characters, not columns: wide characters of East Asian scripts take more room than is counted here.
 pub(super) fn wrap(text: &str, width: usize) -> Vec<String> {
     let width = width.max(1);
     let mut lines = vec![String::new()];
-    for word in text.split_whitespace() {
+    for word in text.split_ascii_whitespace() {
         let mut rest: Vec<char> = word.chars().collect();
         loop {
             let line = lines.last_mut().expect("there is at least one line");
@@ -28,9 +29,10 @@ pub(super) fn wrap(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
-/// The text without control characters, so that a file name cannot move the cursor of a terminal.
+/// The text without control characters, so that a file name cannot move the cursor of a terminal, and with plain spaces, so
+/// that a search finds it.
 pub(super) fn printable(text: &str) -> String {
-    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+    text.chars().map(|c| if c.is_control() || c == '\u{a0}' { ' ' } else { c }).collect()
 }
 
 #[cfg(test)]
@@ -42,5 +44,6 @@ mod tests {
         assert_eq!(wrap("one two three", 7), ["one two", "three"]);
         assert_eq!(wrap("abcdefghij k", 4), ["abcd", "efgh", "ij k"]);
         assert_eq!(wrap("", 4), [""]);
+        assert_eq!(wrap("of 3\u{a0}ms now", 6), ["of", "3\u{a0}ms", "now"]);
     }
 }
