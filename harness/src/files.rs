@@ -1,6 +1,7 @@
 //! Files are written whole or not at all.
 
 use crate::error::Error;
+use sha2::{Digest as _, Sha256};
 use std::io::Write;
 use std::path::Path;
 
@@ -19,4 +20,9 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Error> {
         let _ = std::fs::remove_file(&beside);
         failed(error)
     })
+}
+
+/// SHA-256 of some bytes, in hexadecimal.
+pub fn sha256_hex(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }

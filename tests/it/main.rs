@@ -2,14 +2,11 @@
 #![expect(clippy::unwrap_used, reason = "a test may stop where it stands")]
 
 mod cli;
-mod effects;
-mod page;
-mod recording;
-mod sets;
-mod tidy;
 mod compare;
 mod effects;
 mod page;
 mod recording;
+mod sets;
 mod story;
 mod story_compare;
+mod tidy;

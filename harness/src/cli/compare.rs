@@ -3,7 +3,10 @@
 use super::console::Console;
 use super::inputs::{self, Outputs, Reading};
 use super::outcome::Exit;
+use crate::compare::{FreeRun, Limit, Request, compare, exit_code};
 use crate::error::Error;
+use crate::recording::Session;
+use crate::report::{TEXT_WIDTH, html, story, text};
 use clap::Args;
 use sim_core::effect::Catalog;
 use sim_core::space::Axis;
@@ -21,28 +24,29 @@ pub struct Arguments {
     /// The largest error of a channel that still passes, in the channel's unit; may be given again.
     #[arg(long = "limit", value_name = "CHANNEL=VALUE", value_parser = limit)]
     pub limits: Vec<Limit>,
+    /// How many free runs make the bands.
+    #[arg(long, value_name = "N", default_value_t = 40)]
+    pub samples: usize,
+    /// Seed of the free runs; without it, one is made from the SHA-256 of the first recording.
+    #[arg(long, value_name = "SEED")]
+    pub seed: Option<u64>,
     #[command(flatten)]
     pub outputs: Outputs,
     #[command(flatten)]
     pub reading: Reading,
 }
 
-/// The largest error of a channel that still passes.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Limit {
-    /// The channel, as the report names it.
-    pub channel: String,
-    /// The limit, in the channel's unit.
-    pub value: f64,
+fn limit(text: &str) -> Result<Limit, String> {
+    Limit::parse(text).map_err(|error| match error.help {
+        Some(help) => format!("{}; {help}", error.what),
+        None => error.what,
+    })
 }
 
-fn limit(text: &str) -> Result<Limit, String> {
-    let (channel, value) = text.split_once('=').ok_or("expected CHANNEL=VALUE, such as force=0.35")?;
-    let value: f64 = value.parse().map_err(|_| format!("{value:?} is not a number"))?;
-    if !(value.is_finite() && value > 0.0) {
-        return Err(format!("{value} is not above 0"));
-    }
-    Ok(Limit { channel: channel.to_owned(), value })
+/// A seed that the recordings decide: the same files give the same bands.
+fn seed_of(sessions: &[Session]) -> u64 {
+    let digits = sessions.first().and_then(|session| session.sha256.get(..16)).unwrap_or_default();
+    u64::from_str_radix(digits, 16).unwrap_or_default()
 }
 
 impl Arguments {
@@ -51,8 +55,27 @@ impl Arguments {
         self.outputs.check()?;
         let model = inputs::model(&self.model, catalog)?;
         let sessions = self.reading.sessions(&self.recordings, console)?;
-        // WIRE: compare(model, sessions, limits) → text, json, page, exit.
-        let _ = (model, sessions, self.outputs.json_only());
-        Err(Error::new("compare is not wired yet"))
+        let progress = console.progress();
+        progress.say("comparing: software block, blocks with clamped inputs, free runs");
+        let free_run = FreeRun { samples: self.samples, seed: self.seed.unwrap_or_else(|| seed_of(&sessions)) };
+        let comparison =
+            compare(Request { model: &model, catalog, sessions: &sessions, limits: &self.limits, free_run })?;
+        drop(progress);
+        let used: Vec<&Session> = sessions.iter().collect();
+        let page = story::comparison(&comparison, &console.command, &inputs::provenance(&self.model, &used)?);
+        if let Some(path) = &self.outputs.json {
+            console.save(path, &format!("{:#}\n", serde_json::json!(comparison)))?;
+        }
+        if let Some(path) = &self.outputs.report {
+            console.save(path, &html(&page))?;
+        }
+        if !self.outputs.json_only() {
+            console.print(&text(&page, TEXT_WIDTH));
+        }
+        Ok(match exit_code(&comparison) {
+            0 => Exit::Pass,
+            1 => Exit::Failed,
+            _ => Exit::Undecided,
+        })
     }
 }

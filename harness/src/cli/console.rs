@@ -23,6 +23,8 @@ pub struct Console<'a> {
     err: &'a mut dyn Write,
     /// How output looks.
     pub look: Look,
+    /// The command line, as it would be typed again.
+    pub command: String,
     /// The first failure of standard output.
     failed: Option<std::io::Error>,
 }
@@ -30,7 +32,7 @@ pub struct Console<'a> {
 impl<'a> Console<'a> {
     /// Data to `out`; progress and errors to `err`.
     pub fn new(out: &'a mut dyn Write, err: &'a mut dyn Write, look: Look) -> Self {
-        Console { out, err, look, failed: None }
+        Console { out, err, look, command: String::new(), failed: None }
     }
 
     /// Prints data. A reader that left early, such as `head`, changes neither files nor exit code; see [`Self::finish`].

@@ -3,11 +3,11 @@
 use super::console::Console;
 use super::inputs::{self, Outputs, Reading};
 use super::outcome::Exit;
-use super::words;
 use crate::diagnose::search::Rules;
 use crate::diagnose::{Outcome, Request, diagnose};
 use crate::error::Error;
 use crate::model::Editor;
+use crate::report::{TEXT_WIDTH, html, story, text};
 use crate::recording::Session;
 use clap::Args;
 use sim_core::effect::Catalog;
@@ -66,15 +66,23 @@ impl Arguments {
         if let Some(path) = &self.write_model {
             found(&self.model, &outcome, &learn, catalog)?.save_as(path, catalog)?;
         }
+        let used: Vec<&Session> = learn.iter().chain(&aux).chain(&test).collect();
+        let page = story::diagnosis(
+            &outcome.diagnosis,
+            &outcome.curves,
+            Some(&outcome.ladder),
+            catalog,
+            &console.command,
+            &inputs::provenance(&self.model, &used)?,
+        );
         if let Some(path) = &self.outputs.json {
             console.save(path, &format!("{:#}\n", serde_json::json!(outcome.diagnosis)))?;
         }
         if let Some(path) = &self.outputs.report {
-            // WIRE: the page of this outcome.
-            return Err(Error::new("the report of a diagnosis is not wired yet").file(path));
+            console.save(path, &html(&page))?;
         }
         if !self.outputs.json_only() {
-            console.print(&words::diagnosis(&outcome));
+            console.print(&text(&page, TEXT_WIDTH));
         }
         Ok(if outcome.diagnosis.verdict.answers() { Exit::Pass } else { Exit::Undecided })
     }
@@ -83,11 +91,7 @@ impl Arguments {
 /// The model with the effects and base values that were found; its comments stay.
 fn found(path: &Path, outcome: &Outcome, learn: &[Session], catalog: &Catalog<Axis>) -> Result<Editor, Error> {
     let mut editor = Editor::open(path, catalog)?;
-    let base = &outcome.base;
-    editor.set_base("plant", "mass_kg", base.mass_kg);
-    editor.set_base("contact", "stiffness_n_per_m", base.stiffness_n_per_m);
-    editor.set_base("contact", "damping_n_s_per_m", base.damping_n_s_per_m);
-    editor.set_base("contact", "offset_n", base.offset_n);
+    editor.set_all_base(&outcome.base);
     let files: Vec<String> = learn.iter().map(|session| session.file.display().to_string()).collect();
     let source = format!("fitted by dockhil diagnose, base values too, to {}", files.join(", "));
     for chosen in &outcome.found {

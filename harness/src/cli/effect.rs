@@ -7,7 +7,8 @@ use super::console::Console;
 use super::inputs::Reading;
 use super::outcome::Exit;
 use crate::error::Error;
-use crate::model::Editor;
+use crate::diagnose::refit::refit;
+use crate::model::{Editor, Model};
 use crate::recording::Session;
 use clap::{Args, Subcommand};
 use sim_core::effect::Catalog;
@@ -117,7 +118,20 @@ fn fit_into(
     catalog: &Catalog<Axis>,
     say: &(dyn Fn(&str) + Sync),
 ) -> Result<(), Error> {
-    // WIRE: diagnose::fit on Model::parse(editor.text()), then editor.set(id, values, "fitted to …") for each id.
-    let _ = (editor, learn, catalog, say);
-    Err(Error::new(format!("fitting {} is not wired yet", ids.join(", "))))
+    say("fitting the effects and the base values");
+    let model = Model::parse("the model", &editor.text(), catalog)?;
+    let (base, fitted) = refit(&model, catalog, ids, learn)?;
+    let files: Vec<String> = learn.iter().map(|session| session.file.display().to_string()).collect();
+    let source = format!("fitted by dockhil effect fit, base values too, to {}", files.join(", "));
+    editor.set_all_base(&base);
+    for one in &fitted {
+        let names = one.chosen.kind.params.iter().map(|param| param.name.to_string());
+        let values: Vec<(String, f64)> = names.zip(one.chosen.values.iter().copied()).collect();
+        editor.set(&one.chosen.kind.id, &values, &source);
+        let shown = one.chosen.kind.params.iter().zip(&one.chosen.values).zip(&one.deviations);
+        for ((param, value), sd) in shown {
+            say(&format!("{} {} = {value:.6e} ± {sd:.1e} {}", one.chosen.kind.id, param.name, param.unit));
+        }
+    }
+    Ok(())
 }

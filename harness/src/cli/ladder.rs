@@ -3,7 +3,10 @@
 use super::console::Console;
 use super::inputs::{self, Outputs, Reading};
 use super::outcome::Exit;
+use crate::diagnose::score::ladder_of;
 use crate::error::Error;
+use crate::recording::Session;
+use crate::report::{TEXT_WIDTH, html, story, text};
 use clap::Args;
 use sim_core::effect::Catalog;
 use sim_core::space::Axis;
@@ -35,8 +38,21 @@ impl Arguments {
         let aux = self.reading.sessions(&self.aux, console)?;
         let test = self.reading.sessions(&self.test, console)?;
         inputs::apart(&aux, &test)?;
-        // WIRE: ladder(model, aux, test) → text, json, page, exit.
-        let _ = (model, self.outputs.json_only());
-        Err(Error::new("ladder is not wired yet"))
+        let progress = console.progress();
+        progress.say("scoring the test recordings, step by step");
+        let ladder = ladder_of(&model, catalog, &test, &aux)?;
+        drop(progress);
+        let used: Vec<&Session> = aux.iter().chain(&test).collect();
+        let page = story::ladder_page(&ladder, &console.command, &inputs::provenance(&self.model, &used)?);
+        if let Some(path) = &self.outputs.json {
+            console.save(path, &format!("{:#}\n", serde_json::json!(ladder)))?;
+        }
+        if let Some(path) = &self.outputs.report {
+            console.save(path, &html(&page))?;
+        }
+        if !self.outputs.json_only() {
+            console.print(&text(&page, TEXT_WIDTH));
+        }
+        Ok(Exit::Pass)
     }
 }

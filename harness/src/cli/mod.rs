@@ -13,7 +13,6 @@ mod ladder;
 mod model;
 mod outcome;
 mod progress;
-mod words;
 
 pub use console::{Console, Look};
 pub use outcome::Exit;
@@ -64,6 +63,8 @@ pub fn run(
     catalog: &Catalog<Axis>,
     console: &mut Console<'_>,
 ) -> u8 {
+    let args: Vec<OsString> = args.into_iter().map(Into::into).collect();
+    console.command = typed(&args);
     let exit = match parse(args, console) {
         Ok(command) => command.run(catalog, console).unwrap_or_else(|error| {
             console.error(&error);
@@ -78,6 +79,29 @@ pub fn run(
             Exit::BadInput.code()
         }
     }
+}
+
+/// Runs one command line inside another one: its errors are the caller's.
+fn run_command(args: Vec<String>, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Exit, Error> {
+    let args: Vec<OsString> = args.into_iter().map(Into::into).collect();
+    console.command = typed(&args);
+    match parse(args, console) {
+        Ok(command) => command.run(catalog, console),
+        Err(exit) => Ok(exit),
+    }
+}
+
+/// A command line as it would be typed again: words with blanks are quoted.
+fn typed(args: &[OsString]) -> String {
+    let word = |arg: &OsString| {
+        let text = arg.to_string_lossy();
+        if text.is_empty() || text.contains(|c: char| c.is_whitespace() || "'\"$&;|<>*?()".contains(c)) {
+            format!("'{}'", text.replace('\'', "'\\''"))
+        } else {
+            text.into_owned()
+        }
+    };
+    std::iter::once("dockhil".to_string()).chain(args.iter().skip(1).map(word)).collect::<Vec<_>>().join(" ")
 }
 
 /// The command that was typed; or, after a request for help or a mistake, the exit code.

@@ -21,11 +21,12 @@ use sim_core::space::Axis;
 use std::collections::BTreeMap;
 
 /// Blocks that a single recording is cut into.
-const BLOCKS: usize = 5;
+pub(super) const BLOCKS: usize = 5;
 /// An effect is confirmed if it lowers the error on the test recording at least by this share.
 const CONFIRMED: f64 = 0.02;
 
-fn noise(sigma_m: f64) -> Noise {
+/// Noise of a problem that has none: only the size of its residuals.
+pub(super) fn noise(sigma_m: f64) -> Noise {
     Noise {
         slow_memory: 0.0,
         average: 0.0,

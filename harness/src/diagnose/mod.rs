@@ -16,6 +16,7 @@ pub mod noise;
 pub mod problem;
 pub mod quality;
 pub mod random;
+pub mod refit;
 pub mod score;
 pub mod search;
 pub mod software;

@@ -117,6 +117,14 @@ impl Editor {
         }
     }
 
+    /// Sets all base values.
+    pub fn set_all_base(&mut self, base: &crate::blocks::Base) {
+        self.set_base("plant", "mass_kg", base.mass_kg);
+        self.set_base("contact", "stiffness_n_per_m", base.stiffness_n_per_m);
+        self.set_base("contact", "damping_n_s_per_m", base.damping_n_s_per_m);
+        self.set_base("contact", "offset_n", base.offset_n);
+    }
+
     /// The text as it would be saved.
     pub fn text(&self) -> String {
         self.document.to_string()

@@ -35,3 +35,6 @@ pub use page::{
 };
 pub use render::{html, uplot_sha256};
 pub use text::text;
+
+/// Columns of a text report: what fits a terminal of a hundred.
+pub const TEXT_WIDTH: usize = 100;

@@ -1,0 +1,60 @@
+//! Fits the effects that a model already has, together with its base values; nothing is searched.
+
+use super::fit::fit;
+use super::noise::Noise;
+use super::problem::{Knob, Problem, Scratch, Trial, effective_sigma_m};
+use super::score;
+use crate::blocks::Base;
+use crate::case::Case;
+use crate::error::Error;
+use crate::model::{Chosen, Model, RigKind};
+use crate::recording::Session;
+use sim_core::effect::Catalog;
+use sim_core::space::Axis;
+
+/// A fitted effect: its parameters with their standard deviations.
+#[derive(Debug, Clone)]
+pub struct Refitted {
+    /// The effect with its new values.
+    pub chosen: Chosen,
+    /// One standard deviation for each parameter; 0 for one that is chosen, not fitted.
+    pub deviations: Vec<f64>,
+}
+
+/// Effects that happen by chance are decoded packet by packet: a fit of their parameters alone means nothing.
+const RANDOM: [&str; 2] = ["command-loss", "command-jitter"];
+
+/// Fits these effects of a model, and its base values, on recordings. The others keep their values.
+pub fn refit(model: &Model, catalog: &Catalog<Axis>, ids: &[String], sessions: &[Session]) -> Result<(Base, Vec<Refitted>), Error> {
+    if let Some(id) = ids.iter().find(|id| RANDOM.contains(&id.as_str())) {
+        let what = format!("{id} is random: it is decoded, not fitted");
+        return Err(Error::new(what).help("find its parameters with: dockhil diagnose --write-model"));
+    }
+    let cases: Vec<Case> = sessions.iter().map(|session| Case::of(session, model)).collect::<Result<_, _>>()?;
+    let mut effects = model.chosen(catalog);
+    for chosen in effects.iter_mut().filter(|chosen| !ids.contains(&chosen.kind.id.to_string())) {
+        chosen.kind.params.iter_mut().for_each(|param| param.discrete = true);
+    }
+    let start = Trial { base: Base::of(model), effects };
+    let mut scratch = Scratch::default();
+    let problem = match model.rig {
+        RigKind::Docking => Problem::docking(model, cases.clone(), Noise::learn(&cases, model)),
+        RigKind::Drive => {
+            let unit = Problem::drive(model, &cases, super::drive::BLOCKS, super::drive::noise(1.0));
+            let runs: Vec<usize> = (0..unit.runs.len()).collect();
+            let first = fit(&unit, &start, &runs, None, &mut scratch);
+            let left = runs.iter().flat_map(|&run| unit.residuals(run, &first.trial, &first.nuisances[run], &mut scratch));
+            let rms_m = score::together(left.collect::<Vec<_>>().into_iter());
+            let sigma_m = effective_sigma_m(rms_m, model.timing.loop_period_s);
+            Problem::drive(model, &cases, super::drive::BLOCKS, super::drive::noise(sigma_m))
+        }
+    };
+    let runs: Vec<usize> = (0..problem.runs.len()).collect();
+    let fitted = fit(&problem, &start, &runs, None, &mut scratch);
+    let of = |(e, chosen): (usize, &Chosen)| {
+        let sd = |p: usize| fitted.estimate(&Knob::Effect(e, p)).map_or(0.0, |(_, sd)| sd);
+        Refitted { chosen: chosen.clone(), deviations: (0..chosen.values.len()).map(sd).collect() }
+    };
+    let listed = fitted.trial.effects.iter().enumerate().filter(|(_, chosen)| ids.contains(&chosen.kind.id.to_string()));
+    Ok((fitted.trial.base, listed.map(of).collect()))
+}
