@@ -4,8 +4,8 @@
 
 use crate::story::{FORCE_SIGMA_N, POSITION_SIGMA_M, check_digits, check_words, impact};
 use harness::compare::{
-    Block, CompareVerdict, Comparison, Fitted, FreeRunSummary, HeatCell, HeatRow, LimitResult, Outcome, Quantity,
-    SessionComparison, Shift, Signals, Verdict,
+    Agreement, Block, CompareVerdict, Comparison, Fitted, FreeRunSummary, HeatCell, HeatRow, LimitResult, Outcome,
+    Quantity, SessionComparison, Shift, Signals, Verdict,
 };
 use harness::diagnose::noise::Noise;
 use harness::diagnose::quality::Phase;
@@ -58,6 +58,7 @@ fn blocks() -> Vec<Block> {
         rms_unfitted: 5.02e-5,
         rms_contact: Some(4.98e-5),
         rms_contact_uncertainty: Some(4.1e-6),
+        agreement: Some(Agreement { fit_percent: 99.97, magnitude_percent: 0.012, phase_percent: 0.031 }),
         noise_floor: POSITION_SIGMA_M,
         unit: "m".into(),
         misfit: Some(1.02),
@@ -72,6 +73,7 @@ fn blocks() -> Vec<Block> {
         rms_unfitted: 0.7241,
         rms_contact: Some(1.314),
         rms_contact_uncertainty: Some(0.021),
+        agreement: Some(Agreement { fit_percent: 61.24, magnitude_percent: -21.3, phase_percent: 4.02 }),
         noise_floor: FORCE_SIGMA_N,
         unit: "N".into(),
         misfit: Some(4.83),
@@ -196,6 +198,8 @@ fn the_page_tells_limits_blocks_and_quantities() {
         "-1.92 ± 0.35 N",
         "0.2 ± 0.4 mJ",
         "4.83",
+        "above 99.9 %; 0.012 %, 0.031 %",
+        "61.2 %; -21 %, 4.0 %",
         "compression and expansion",
     ] {
         assert!(cells().any(|cell| cell.replace('\u{a0}', " ") == expected), "no cell says ‘{expected}’\n{text}");

@@ -7,7 +7,7 @@ use super::quantities::grades;
 use super::table::{numbers, row, table, words};
 use super::words::{HOLD, Scale, counted, figures, joined, key, listed, number, value, value_with_sd};
 use crate::compare::{
-    Block, CompareVerdict, Comparison, Fitted, LimitResult, Outcome, SessionComparison, Shift, Verdict,
+    Agreement, Block, CompareVerdict, Comparison, Fitted, LimitResult, Outcome, SessionComparison, Shift, Verdict,
 };
 use crate::diagnose::quality::Phase;
 
@@ -216,6 +216,7 @@ fn errors(comparison: &Comparison) -> Option<Table> {
             scale.figures(block.rms, 3),
             floor,
             contact,
+            block.agreement.as_ref().map_or_else(dash, agreement),
         ];
         row(None, cells)
     });
@@ -226,9 +227,21 @@ fn errors(comparison: &Comparison) -> Option<Table> {
         numbers("fitted of this recording"),
         numbers("noise floor"),
         numbers("fitted, in contact ± 2u"),
+        numbers("fit; magnitude, phase error"),
     ];
-    let note = "Root mean square of the residual. Fitted: see ‘Fitted of each recording’.";
+    let note = "Root mean square of the residual. Fitted: see ‘Fitted of each recording’. Fit, over contact: nothing left would be a \
+                hundred, below zero is worse than a constant. Magnitude and phase error by Sprague and Geers.";
     table(Section::Quantities, "Error of the blocks", note, columns, rows.collect())
+}
+
+/// Fit, magnitude and phase error. Noise alone keeps a fit below a hundred, and rounding must not put it there.
+fn agreement(of: &Agreement) -> String {
+    let fit = match of.fit_percent {
+        fit if fit > 99.9 => "above 99.9".to_owned(),
+        fit => figures(fit, 3),
+    };
+    let errors = [of.magnitude_percent, of.phase_percent].map(|percent| joined(&figures(percent, 2), "%"));
+    format!("{}; {}", joined(&fit, "%"), errors.join(", "))
 }
 
 fn each_block(comparison: &Comparison) -> impl Iterator<Item = (&SessionComparison, &Block)> {
