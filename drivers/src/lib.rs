@@ -1,1 +1,15 @@
-//! Drivers.
+//! The robot's and the sensor's side of the wire.
+//!
+//! Here is the edge at which units change: outside, what a controller or a sensor counts in; inside, SI. Every conversion is
+//! one function, named after what comes out and what goes in, so that a factor stands in one place.
+//!
+//! Not there yet: the protocol machines (KUKA RSI, ATI RDT, OptoForce, Schunk, Bota, Robotiq). When they come, time comes in
+//! as [`sim_core::time::Nanos`], and sockets stay in one file behind a feature.
+#![warn(missing_docs)]
+
+mod units;
+
+pub use units::{
+    SensorScale, degrees_from_radians, metres_from_millimetres, millimetres_from_metres, nanos_from_milliseconds,
+    radians_from_degrees,
+};

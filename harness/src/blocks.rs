@@ -8,7 +8,7 @@ use crate::model::{Chosen, Model};
 use sim_core::closed_loop::{Clamps, ClosedLoop, Start};
 use sim_core::compensator::Hybrid;
 use sim_core::contact::{Sides, SpringDashpot};
-use sim_core::effect::{Attached, Rates};
+use sim_core::effect::{Attached, Context, Effect, Rates};
 use sim_core::force_sensor::{AxisCell, SensorNoise};
 use sim_core::link::Link;
 use sim_core::plant::PointMass;
@@ -16,10 +16,11 @@ use sim_core::readout::Readout;
 use sim_core::rig::{DockingAxis, DriveAxis};
 use sim_core::rng::Streams;
 use sim_core::robot::StraightLine;
-use sim_core::signals::{Received, Wire};
+use sim_core::signals::{Received, Signals, Wire};
 use sim_core::space::{Axis, AxisMotion};
 use sim_core::time::Nanos;
 use sim_core::trace::{Columns, Trace};
+use std::sync::Arc;
 
 /// Standard gravity, as the recordings declare it.
 pub const GRAVITY_M_PER_S2: f64 = 9.80665;
@@ -117,12 +118,33 @@ pub struct Path {
     pub measured_m: Vec<f64>,
 }
 
-/// The path block: recorded command in, achieved and reported pose out. `received` clamps a decoded loss or jitter.
-pub fn path(model: &Model, case: &Case, effects: &[Chosen], received: Option<&[Received<Axis>]>) -> Path {
+/// A link's past, packet by packet, as it was decoded from a recording: a fault schedule that is replayed.
+#[derive(Debug, Clone)]
+pub struct Schedule(pub Arc<[Received<Axis>]>);
+
+impl Effect<Axis> for Schedule {
+    fn received(&self, context: Context<'_>, _seen: &Signals<Axis>, out: &mut Received<Axis>) {
+        if let Some(packet) = self.0.get(context.step.index as usize) {
+            *out = *packet;
+        }
+    }
+}
+
+impl Schedule {
+    fn attach(&self) -> Attached<Axis> {
+        // First on its wire: whatever else is late comes on top.
+        let effect = Box::new(self.clone());
+        Attached { id: "decoded schedule".into(), wires: vec![Wire::Received], order: 0, effect }
+    }
+}
+
+/// The path block: recorded command in, achieved and reported pose out.
+pub fn path(model: &Model, case: &Case, effects: &[Chosen], schedule: Option<&Schedule>) -> Path {
     let rig = docking_rig(model, &Base::of(model), case.mass_kg);
-    let attached = attached(effects, is_on_path);
+    let mut attached = attached(effects, is_on_path);
+    attached.extend(schedule.map(Schedule::attach));
     let mut trace = Trace::default();
-    let clamps = Clamps { commanded: Some(&case.commanded), received, ..Clamps::default() };
+    let clamps = Clamps { commanded: Some(&case.commanded), ..Clamps::default() };
     let columns = Columns { loop_ticks: true, sensor_ticks: false, achieved: true, measured: false };
     ClosedLoop::new(&rig, &attached, case.rates).run(&start(case), &clamps, columns, &mut trace);
     let measured_m = trace.measured.iter().map(|motion| motion.position_m).collect();

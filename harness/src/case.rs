@@ -117,7 +117,7 @@ fn docking(session: &Session, model: &Model) -> Result<Case, Error> {
         gridded(series, axis, start_ns, period.0, ticks)
     };
     let position = pose(|pose| pose.position_m[2], commanded);
-    let pitch = pose(|pose| pitch_rad(pose), commanded);
+    let pitch = pose(pitch_rad, commanded);
     let mut motion: Vec<AxisMotion> = (0..ticks)
         .map(|i| AxisMotion { pitch_rad: pitch.value[i], ..AxisMotion::moving(position.value[i], 0.0) })
         .collect();
@@ -142,9 +142,13 @@ fn docking(session: &Session, model: &Model) -> Result<Case, Error> {
     let sensed_n = without_early(reading(2));
     let until = Nanos((ticks as i64 * period.0).max(phase + sensed_n.value.len() as i64 * sensor_period.0));
     let speed = (motion[1].position_m - motion[0].position_m) / period.seconds();
-    // Only the first command needs its velocity: along it the robot came in.
-    motion[0].velocity_m_per_s = after_m_per_s.value.first().copied().unwrap_or(speed);
-    motion[0].pitch_rate_rad_per_s = (motion[1].pitch_rad - motion[0].pitch_rad) / period.seconds();
+    let measured_m = gridded(measured, |pose| pose.position_m[2], start_ns, period.0, ticks);
+    let speed = after_m_per_s.value.first().copied().unwrap_or(speed);
+    if came_in_moving(model, &measured_m, motion[0].position_m, speed) {
+        // Only the first command needs its velocity: along it the robot came in.
+        motion[0].velocity_m_per_s = speed;
+        motion[0].pitch_rate_rad_per_s = (motion[1].pitch_rad - motion[0].pitch_rad) / period.seconds();
+    }
     Ok(Case {
         name: short_name(session),
         grade: session.grade,
@@ -161,12 +165,25 @@ fn docking(session: &Session, model: &Model) -> Result<Case, Error> {
         first: motion[0],
         commanded: motion,
         commanded_known: position.known,
-        measured_m: gridded(measured, |pose| pose.position_m[2], start_ns, period.0, ticks),
+        measured_m,
         after_m_per_s,
         sensed_n,
         across_n: [without_early(reading(0)), without_early(reading(1))],
         applied_n: Vec::new(),
     })
+}
+
+/// Whether the robot was already moving when the recording starts, or at rest: before the first command can show in the reported
+/// pose, that pose tells.
+fn came_in_moving(model: &Model, measured_m: &Channel, first_m: f64, speed_m_per_s: f64) -> bool {
+    let period_s = model.timing.loop_period_s;
+    let delay_s = model.timing.command_delay_s + model.timing.measurement_delay_s;
+    let ticks = (libm::floor(delay_s / period_s) as usize).clamp(1, measured_m.value.len());
+    let misfit = |speed: f64| -> f64 {
+        let at = |tick: usize| first_m + speed * (tick as f64 * period_s - delay_s);
+        (0..ticks).map(|tick| (measured_m.value[tick] - at(tick)) * (measured_m.value[tick] - at(tick))).sum()
+    };
+    misfit(speed_m_per_s) < misfit(0.0)
 }
 
 fn drive(session: &Session, model: &Model) -> Result<Case, Error> {

@@ -13,11 +13,10 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     name.push(".part");
     let beside = path.with_file_name(name);
     let mut file = std::fs::File::create(&beside).map_err(failed)?;
-    let written = file.write_all(bytes).and_then(|()| file.sync_all());
-    if let Err(error) = written {
-        // The half-written file is ours; that it cannot be removed either adds nothing to the message.
+    let written = file.write_all(bytes).and_then(|()| file.sync_all()).and_then(|()| std::fs::rename(&beside, path));
+    written.map_err(|error| {
+        // The file beside is ours; that it cannot be removed either adds nothing to the message.
         let _ = std::fs::remove_file(&beside);
-        return Err(failed(error));
-    }
-    std::fs::rename(&beside, path).map_err(failed)
+        failed(error)
+    })
 }

@@ -4,9 +4,11 @@
 
 pub mod blocks;
 pub mod case;
+pub mod cli;
 pub mod compare;
 pub mod diagnose;
 pub mod error;
 pub mod files;
 pub mod model;
 pub mod recording;
+pub mod report;

@@ -29,8 +29,6 @@ use alloc::vec::Vec;
 pub struct Clamps<'a, S: Space> {
     /// One commanded motion for each tick of the loop.
     pub commanded: Option<&'a [S::Motion]>,
-    /// One received command for each tick of the loop: a loss pattern or a jitter that was decoded from a recording.
-    pub received: Option<&'a [Received<S>]>,
     /// One achieved motion for each physics step.
     pub achieved: Option<&'a [S::Motion]>,
     /// One measured motion for each physics step.
@@ -43,7 +41,7 @@ pub struct Clamps<'a, S: Space> {
 
 impl<S: Space> Default for Clamps<'_, S> {
     fn default() -> Self {
-        Clamps { commanded: None, received: None, achieved: None, measured: None, sensed: None, applied: None }
+        Clamps { commanded: None, achieved: None, measured: None, sensed: None, applied: None }
     }
 }
 
@@ -140,7 +138,7 @@ where
                     None => plant.motion(&satellites),
                 };
                 let step = Step { index: loop_index as u64, now, dt: rates.loop_period };
-                self.receive(step, clamps, &mut memories, &mut signals);
+                self.receive(step, &mut memories, &mut signals);
                 let due_s = self.rig.link().due_s(now, &signals.received);
                 if loop_index == 0 {
                     robot = self.rig.robot().start(&signals.received.motion, due_s);
@@ -258,11 +256,7 @@ where
     }
 
     /// The command as the robot gets it.
-    fn receive(&self, step: Step, clamps: &Clamps<'_, S>, memories: &mut Memories, signals: &mut Signals<S>) {
-        if let Some(decoded) = clamps.received {
-            signals.received = decoded[(step.index as usize).min(decoded.len() - 1)];
-            return;
-        }
+    fn receive(&self, step: Step, memories: &mut Memories, signals: &mut Signals<S>) {
         let mut fresh = self.rig.link().receive::<S>(&signals.commanded);
         for &i in &self.on[0] {
             let (effect, context) = memories.context(self.effects, i, step);

@@ -84,6 +84,8 @@ pub struct Param {
     pub scale: f64,
     /// Where a fit starts; several where there are many minima.
     pub starts: Vec<f64>,
+    /// Its value in a model file that does not name it; `None` where it must be named.
+    pub default: Option<f64>,
     /// A whole number that is chosen, not fitted: each start is tried as it is.
     pub discrete: bool,
 }
@@ -93,7 +95,13 @@ impl Param {
     pub fn new(name: &'static str, unit: &'static str, bounds: [f64; 3], scale: f64, starts: &[f64]) -> Self {
         let [lower, off, upper] = bounds;
         let (name, unit) = (Cow::Borrowed(name), Cow::Borrowed(unit));
-        Param { name, unit, lower, off, upper, scale, starts: starts.to_vec(), discrete: false }
+        Param { name, unit, lower, off, upper, scale, starts: starts.to_vec(), default: None, discrete: false }
+    }
+
+    /// The same, but a model file need not name it.
+    #[must_use]
+    pub fn or(self, default: f64) -> Self {
+        Param { default: Some(default), ..self }
     }
 
     /// A parameter that is chosen among its starts.

@@ -1,5 +1,6 @@
 //! Every effect of the catalogue, in one impact on the docking cell: off is nothing, on has the right sign and size, what is
 //! passive creates no energy, and nobody touches another's random numbers.
+#![expect(clippy::disallowed_methods, reason = "the oracle is another implementation than libm")]
 
 use sim_core::closed_loop::{Clamps, ClosedLoop, Start};
 use sim_core::compensator::Hybrid;

@@ -92,6 +92,7 @@ fn held(problem: &Problem, trial: &Trial) -> Fit {
         knobs: Vec::new(),
         nuisances: problem.runs.iter().map(|run| problem.first_nuisance(run)).collect(),
         scatter: problem.declared,
+        declared: problem.declared,
         cost: 0.0,
         information: DMatrix::zeros(0, 0),
     }
@@ -157,7 +158,7 @@ fn predicted(
 ) -> (Vec<f64>, Vec<f64>) {
     let run = &problem.runs[index];
     match problem.model.rig {
-        RigKind::Docking => problem.predicted(index, run, trial, nuisance, scratch),
+        RigKind::Docking => problem.predicted(index, trial, nuisance, scratch),
         RigKind::Drive => {
             let first = sim_core::space::AxisMotion::moving(nuisance[0], nuisance[1]);
             let mut trace = Trace::default();

@@ -10,7 +10,9 @@ use nalgebra::{DMatrix, DVector};
 /// How many runs the declared scatter is worth.
 const PRIOR_RUNS: f64 = 3.0;
 /// Steps of the minimiser before it gives up.
-const STEPS_MAX: usize = 25;
+const STEPS_MAX: usize = 60;
+/// How often the scatter is estimated anew: each time it comes closer to what the runs show.
+const SCATTER_UPDATES: usize = 2;
 /// A step that lowers J by less is the last one: ranking resolves about 1.
 const GAIN_MIN: f64 = 0.02;
 
@@ -25,6 +27,8 @@ pub struct Fit {
     pub nuisances: Vec<Nuisance>,
     /// Estimated scatter.
     pub scatter: Scatter,
+    /// Declared scatter.
+    pub declared: Scatter,
     /// J, over the runs that took part.
     pub cost: f64,
     /// Inverse covariance of the knobs, nuisances eliminated.
@@ -72,7 +76,7 @@ pub fn fit(problem: &Problem, start: &Trial, runs: &[usize], warm: Option<&Fit>,
     let mut normals = linearise(problem, &fit, runs, &residuals, scratch);
     fit.cost = cost(problem, &fit, runs, &residuals, &normals);
     let mut damping = 1e-3;
-    let mut scatter_settled = false;
+    let mut scatter_updates = 0;
     for _ in 0..STEPS_MAX {
         let mut next = fit.clone();
         if !step(&mut next, runs, &normals, damping) {
@@ -95,12 +99,12 @@ pub fn fit(problem: &Problem, start: &Trial, runs: &[usize], warm: Option<&Fit>,
         residuals = next_residuals;
         normals = linearise(problem, &fit, runs, &residuals, scratch);
         if before - after < GAIN_MIN {
-            if scatter_settled {
+            if scatter_updates == SCATTER_UPDATES || !problem.declared[0].is_finite() {
                 break;
             }
             fit.scatter = estimated_scatter(problem, &fit, runs, &normals);
             normals = linearise(problem, &fit, runs, &residuals, scratch);
-            scatter_settled = true;
+            scatter_updates += 1;
         }
     }
     fit.cost = cost(problem, &fit, runs, &residuals, &normals);
@@ -114,6 +118,11 @@ pub fn fit(problem: &Problem, start: &Trial, runs: &[usize], warm: Option<&Fit>,
 /// which the left-out run is judged, so that a knob of which they say little is charged for it, and nothing worse.
 pub fn predictive(all: &Fit, without: &Fit) -> f64 {
     all.cost + all.spread() - without.cost - without.spread()
+}
+
+/// A trial as it stands, with nothing fitted.
+pub fn held(problem: &Problem, trial: &Trial) -> Fit {
+    begin(problem, trial, None)
 }
 
 /// The nuisances of a run that took no part, fitted with the knobs held.
@@ -135,7 +144,8 @@ fn begin(problem: &Problem, start: &Trial, warm: Option<&Fit>) -> Fit {
     Fit {
         trial: start.clone(),
         nuisances: warm.map_or_else(first, |fit| fit.nuisances.clone()),
-        scatter: warm.map_or(problem.declared, |fit| fit.scatter),
+        scatter: problem.declared,
+        declared: problem.declared,
         cost: f64::INFINITY,
         information: DMatrix::zeros(n, n),
         knobs,
@@ -285,7 +295,8 @@ fn squares(problem: &Problem, fit: &Fit, runs: &[usize], residuals: &[Vec<f64>])
     let docking = problem.declared[0].is_finite();
     let of = |(&run, residual): (&usize, &Vec<f64>)| {
         let prior: f64 = if docking {
-            (0..problem.runs[run].nuisances).map(|j| (fit.nuisances[run][j] / fit.scatter[j]).powi(2)).sum()
+            let ratios = (0..problem.runs[run].nuisances).map(|j| fit.nuisances[run][j] / fit.scatter[j]);
+            ratios.map(|ratio| ratio * ratio).sum()
         } else {
             0.0
         };

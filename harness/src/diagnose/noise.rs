@@ -6,6 +6,7 @@
 
 use crate::case::{Case, Channel};
 use crate::model::Model;
+use crate::recording::Kind;
 use serde::Serialize;
 
 /// Noise of the force reading and of the reported position.
@@ -27,12 +28,21 @@ pub struct Noise {
 
 /// Lags that the autocovariance is fitted on: 60 ms, three times the memory of the slow part.
 const LAGS: usize = 60;
+/// Memory of the slow part per sample, as the recorded cells declare it.
+const DECLARED_MEMORY: f64 = 0.95;
+/// How many samples the declared noise is worth: ten seconds.
+const DECLARED_SAMPLES: f64 = 10_000.0;
+/// Distance from the nominal plane beyond which nothing touches, in the reported pose.
+const FAR_M: f64 = 0.0015;
+/// Time by which a slow sensor has settled, and by which the reported pose is late at most.
+const SETTLED_S: f64 = 0.1;
 
 impl Noise {
-    /// From a recording at rest if there is one, else as the model declares it.
-    pub fn learn(at_rest: Option<&Case>, model: &Model) -> Self {
-        match at_rest {
-            Some(case) => Noise::from_rest(case, model),
+    /// From a recording at rest if there is one, else as the model declares it. How the noise hangs together needs more than the
+    /// few seconds at rest: where impacts are far from contact they count too. The floors are those of the recording at rest.
+    pub fn learn(cases: &[Case], model: &Model) -> Self {
+        match cases.iter().find(|case| case.kind == Kind::Static) {
+            Some(rest) => Noise::from_rest(rest, cases, model),
             None => Noise::declared(model),
         }
     }
@@ -40,18 +50,20 @@ impl Noise {
     fn declared(model: &Model) -> Self {
         let white = model.sensor.white_sigma_n * model.sensor.white_sigma_n;
         let slow = model.sensor.slow_sigma_n * model.sensor.slow_sigma_n;
-        // 0.95 per sample is what the recorded cells declare; it matters only where the slow part does.
-        Noise::of(white, slow, 0.95, model.readout.position_sigma_m, false)
+        Noise::of(white, slow, DECLARED_MEMORY, model.readout.position_sigma_m, false)
     }
 
-    fn from_rest(case: &Case, model: &Model) -> Self {
-        let force: Vec<f64> = detrended(&case.sensed_n);
-        let gamma = autocovariance(&force, LAGS);
+    fn from_rest(rest: &Case, cases: &[Case], model: &Model) -> Self {
+        let at_rest = detrended(&rest.sensed_n);
+        let force_floor_n = libm::sqrt(autocovariance(std::slice::from_ref(&at_rest), 0)[0]);
+        let mut quiet = vec![at_rest];
+        quiet.extend(cases.iter().filter(|case| case.is_impact()).flat_map(far_from_contact));
+        let gamma = with_declared(&autocovariance(&quiet, LAGS), quiet.iter().map(Vec::len).sum(), model);
         let (slow, memory) = slow_part(&gamma[1..]);
         let slow = slow.clamp(0.0, 0.95 * gamma[0]);
-        let position = detrended(&case.measured_m);
+        let position = [detrended(&rest.measured_m)];
         let position_sigma_m = libm::sqrt(autocovariance(&position, 0)[0]).max(model.readout.position_sigma_m * 0.1);
-        Noise::of(gamma[0] - slow, slow, memory, position_sigma_m, true)
+        Noise { force_floor_n, ..Noise::of(gamma[0] - slow, slow, memory, position_sigma_m, true) }
     }
 
     fn of(white: f64, slow: f64, memory: f64, position_floor_m: f64, learned: bool) -> Self {
@@ -111,10 +123,41 @@ pub fn trend(channel: &Channel) -> (usize, f64, f64, f64) {
     (count, if sxx > 0.0 { sxy / sxx } else { 0.0 }, mean, centre)
 }
 
-fn autocovariance(values: &[f64], lags: usize) -> Vec<f64> {
-    let n = values.len().max(1) as f64;
-    let at = |lag: usize| values.iter().zip(values.iter().skip(lag)).map(|(a, b)| a * b).sum::<f64>() / n;
-    (0..=lags).map(at).collect()
+/// The stretches of an impact in which nothing can touch: well before the nominal plane, and well after it. Each without its mean
+/// and trend.
+fn far_from_contact(case: &Case) -> Vec<Vec<f64>> {
+    let near = |position_m: &f64| *position_m > -FAR_M;
+    let (first, last) = (case.measured_m.value.iter().position(near), case.measured_m.value.iter().rposition(near));
+    let (Some(first), Some(last)) = (first, last) else { return Vec::new() };
+    let before_s = case.loop_time_s(first) - SETTLED_S;
+    let after_s = case.loop_time_s(last) + SETTLED_S;
+    let stretch = |keep: &dyn Fn(f64) -> bool| {
+        let ticks = (0..case.sensed_n.value.len()).filter(|&tick| keep(case.sensor_time_s(tick)));
+        let (value, known) = ticks.map(|tick| (case.sensed_n.value[tick], case.sensed_n.known[tick])).unzip();
+        detrended(&Channel { value, known })
+    };
+    let stretches = [stretch(&|time_s| time_s < before_s), stretch(&|time_s| time_s > after_s)];
+    stretches.into_iter().filter(|stretch| stretch.len() > 4 * LAGS).collect()
+}
+
+/// Autocovariances together with the declared ones: a few seconds at rest hold too few periods of the slow part to tell its size
+/// to better than a third, and taking their mean and trend out makes it look smaller still.
+fn with_declared(gamma: &[f64], samples: usize, model: &Model) -> Vec<f64> {
+    let slow = model.sensor.slow_sigma_n * model.sensor.slow_sigma_n;
+    let white = model.sensor.white_sigma_n * model.sensor.white_sigma_n;
+    if white == 0.0 {
+        return gamma.to_vec();
+    }
+    let share = DECLARED_SAMPLES / (DECLARED_SAMPLES + samples as f64);
+    let declared = |lag: usize| slow * libm::pow(DECLARED_MEMORY, lag as f64) + if lag == 0 { white } else { 0.0 };
+    gamma.iter().enumerate().map(|(lag, found)| share * declared(lag) + (1.0 - share) * found).collect()
+}
+
+/// Autocovariances over several stretches.
+fn autocovariance(stretches: &[Vec<f64>], lags: usize) -> Vec<f64> {
+    let n = stretches.iter().map(Vec::len).sum::<usize>().max(1) as f64;
+    let product = |values: &Vec<f64>, lag: usize| values.iter().zip(values.iter().skip(lag)).map(|(a, b)| a * b).sum::<f64>();
+    (0..=lags).map(|lag| stretches.iter().map(|values| product(values, lag)).sum::<f64>() / n).collect()
 }
 
 /// Variance and memory of the slow part: `A φ^k` through the autocovariances of lags 1, 2, …, by least squares on a grid of φ.

@@ -4,11 +4,10 @@
 //! nuisance of that run with a declared scatter: offset of the force, stiffness, damping. A drive has no declared scatter; its
 //! nuisances are the position and velocity at the start of each block, free.
 
-use crate::blocks::{self, Base, Path};
+use crate::blocks::{self, Base, Path, Schedule};
 use crate::case::Case;
 use crate::diagnose::noise::Noise;
 use crate::model::{Chosen, Model, RigKind};
-use sim_core::signals::Received;
 use sim_core::space::{Axis, AxisMotion};
 use sim_core::trace::Trace;
 use std::ops::Range;
@@ -126,6 +125,8 @@ pub struct Run {
     pub span: Range<usize>,
     /// How many of the nuisances are free here.
     pub nuisances: usize,
+    /// What happened on the link, if that was decoded.
+    pub schedule: Option<Schedule>,
     /// The path of the model without effects on it.
     nominal: Path,
     /// Whitened unit step: the column of the offset.
@@ -143,6 +144,16 @@ pub struct Problem {
     pub runs: Vec<Run>,
     /// Declared scatter.
     pub declared: Scatter,
+}
+
+/// Time in which the error of a free-running position becomes independent: about one reversal of a drive. Samples closer than
+/// that tell the same thing.
+const INDEPENDENT_S: f64 = 0.25;
+
+/// The deviation by which position residuals of a drive are divided, so that `samples` of them at `period_s` weigh as much as the
+/// independent ones among them, each of root mean square `rms_m`.
+pub fn effective_sigma_m(rms_m: f64, period_s: f64) -> f64 {
+    rms_m * libm::sqrt((INDEPENDENT_S / period_s).max(1.0))
 }
 
 /// What an evaluation keeps for the next one.
@@ -163,17 +174,26 @@ impl Problem {
         Problem { model: model.clone(), noise, runs, declared }
     }
 
-    /// A drive problem: each recording is cut into this many blocks.
+    /// A drive problem: each recording is cut into this many blocks. `noise` carries the size of the residuals that counts as one
+    /// (see [`effective_sigma_m`]).
     pub fn drive(model: &Model, cases: &[Case], blocks: usize, noise: Noise) -> Self {
         let mut runs = Vec::new();
         for case in cases {
             let ticks = case.measured_m.value.len();
             for block in 0..blocks {
                 let span = ticks * block / blocks..ticks * (block + 1) / blocks;
-                runs.push(Run { case: case.clone(), span, nuisances: 2, nominal: Path::default(), ones: Vec::new() });
+                let nominal = Path::default();
+                runs.push(Run { case: case.clone(), span, nuisances: 2, schedule: None, nominal, ones: Vec::new() });
             }
         }
         Problem { model: model.clone(), noise, runs, declared: [f64::INFINITY; 3] }
+    }
+
+    /// Whole recordings of a drive, each from its first sample at rest; nothing of them is fitted.
+    pub fn drive_whole(model: &Model, cases: &[Case], noise: Noise) -> Self {
+        let mut problem = Problem::drive(model, cases, 1, noise);
+        problem.runs.iter_mut().for_each(|run| run.nuisances = 0);
+        problem
     }
 
     /// Where a fit of the base starts: the nominal values.
@@ -185,6 +205,9 @@ impl Problem {
     pub fn first_nuisance(&self, run: &Run) -> Nuisance {
         if self.model.rig == RigKind::Docking {
             return [0.0; 3];
+        }
+        if run.nuisances == 0 {
+            return [run.case.first.position_m, run.case.first.velocity_m_per_s, 0.0];
         }
         // A straight line through the first 40 ms: a start for the fit, never a result.
         let span = run.span.start..(run.span.start + 40).min(run.span.end);
@@ -200,7 +223,7 @@ impl Problem {
     pub fn residuals(&self, index: usize, trial: &Trial, nuisance: &Nuisance, scratch: &mut Scratch) -> Vec<f64> {
         let run = &self.runs[index];
         match self.model.rig {
-            RigKind::Docking => self.docking_residuals(index, run, trial, nuisance, scratch),
+            RigKind::Docking => self.docking_residuals(index, trial, nuisance, scratch),
             RigKind::Drive => self.drive_residuals(run, trial, nuisance, scratch),
         }
     }
@@ -210,15 +233,9 @@ impl Problem {
         self.runs[index].case.sensed_n.value.len()
     }
 
-    fn docking_residuals(
-        &self,
-        index: usize,
-        run: &Run,
-        trial: &Trial,
-        nuisance: &Nuisance,
-        scratch: &mut Scratch,
-    ) -> Vec<f64> {
-        let (predicted_n, measured_m) = self.predicted(index, run, trial, nuisance, scratch);
+    fn docking_residuals(&self, index: usize, trial: &Trial, nuisance: &Nuisance, scratch: &mut Scratch) -> Vec<f64> {
+        let run = &self.runs[index];
+        let (predicted_n, measured_m) = self.predicted(index, trial, nuisance, scratch);
         let sensed = &run.case.sensed_n;
         let mut out: Vec<f64> = Vec::with_capacity(predicted_n.len() + measured_m.len());
         out.extend(sensed.value.iter().zip(&predicted_n).map(|(measured, predicted)| measured - predicted));
@@ -234,14 +251,8 @@ impl Problem {
     }
 
     /// Reading (offset included) and reported position that a trial predicts for a run, commands clamped.
-    pub fn predicted(
-        &self,
-        index: usize,
-        run: &Run,
-        trial: &Trial,
-        nuisance: &Nuisance,
-        scratch: &mut Scratch,
-    ) -> (Vec<f64>, Vec<f64>) {
+    pub fn predicted(&self, index: usize, trial: &Trial, nuisance: &Nuisance, scratch: &mut Scratch) -> (Vec<f64>, Vec<f64>) {
+        let run = &self.runs[index];
         let base = Base {
             stiffness_n_per_m: trial.base.stiffness_n_per_m * libm::exp(nuisance[1]),
             damping_n_s_per_m: trial.base.damping_n_s_per_m * libm::exp(nuisance[2]),
@@ -252,7 +263,7 @@ impl Problem {
         let key: Vec<f64> = on_path.iter().flat_map(|chosen| chosen.values.iter().copied()).collect();
         scratch.paths.resize(self.runs.len().max(scratch.paths.len()), None);
         if !on_path.is_empty() && scratch.paths[index].as_ref().is_none_or(|(of, _)| *of != key) {
-            let path = blocks::path(&self.model, &run.case, &trial.effects, None);
+            let path = blocks::path(&self.model, &run.case, &trial.effects, run.schedule.as_ref());
             scratch.paths[index] = Some((key, path));
         }
         let path = match &scratch.paths[index] {
@@ -299,6 +310,7 @@ impl Problem {
                 [1e-6, 1e-5]
                     .iter()
                     .enumerate()
+                    .take(run.nuisances)
                     .map(|(j, nudge)| {
                         let mut moved = *nuisance;
                         moved[j] += nudge;
@@ -319,12 +331,14 @@ impl Run {
         ones.resize(ones.len() + case.measured_m.value.len(), 0.0);
         let nuisances = if case.is_impact() { 3 } else { 1 };
         let span = 0..case.commanded.len();
-        Run { case, span, nuisances, nominal, ones }
+        Run { case, span, nuisances, schedule: None, nominal, ones }
     }
 
-    /// The same run on a path with decoded commands.
-    pub fn decoded(&self, model: &Model, received: &[Received<Axis>]) -> Self {
-        Run { nominal: blocks::path(model, &self.case, &[], Some(received)), ..self.clone() }
+    /// The same run on a link whose past was decoded.
+    #[must_use]
+    pub fn decoded(&self, model: &Model, schedule: &Schedule) -> Self {
+        let nominal = blocks::path(model, &self.case, &[], Some(schedule));
+        Run { nominal, schedule: Some(schedule.clone()), ..self.clone() }
     }
 
     /// The path of the model without effects on it.

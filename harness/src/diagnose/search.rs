@@ -26,13 +26,26 @@ pub struct Rules {
     /// Share of the gains that recordings may lose together: as long as a second effect is missing, the first one costs a little
     /// where the second one is large.
     pub loss_share: f64,
+    /// An effect that imitated an accepted one, by this share of its gain, is its shadow …
+    pub shadow_gain: f64,
+    /// … and is added beside it only if it is worth this share of it: otherwise only the exact form differs.
+    pub shadow_worth: f64,
     /// A parameter is at least this many standard deviations away from doing nothing.
     pub significance: f64,
 }
 
 impl Default for Rules {
     fn default() -> Self {
-        Rules { effects_max: 4, finalists: 6, gain_min: 6.0, gain_certain: 25.0, loss_share: 0.02, significance: 2.0 }
+        Rules {
+            effects_max: 4,
+            finalists: 6,
+            gain_min: 6.0,
+            gain_certain: 25.0,
+            loss_share: 0.02,
+            shadow_gain: 0.5,
+            shadow_worth: 0.1,
+            significance: 2.0,
+        }
     }
 }
 
@@ -103,6 +116,9 @@ pub struct Found {
 /// Gain in -2 ln p at which an effect would have been seen: 3.5 σ.
 const VISIBLE_GAIN: f64 = 12.0;
 
+/// Beyond this multiple of a start, its linear extrapolation is not trusted alone.
+const FAR: f64 = 30.0;
+
 /// A search over a catalogue.
 pub struct Search<'a> {
     problem: &'a Problem,
@@ -110,6 +126,10 @@ pub struct Search<'a> {
     /// Candidates, by id.
     kinds: Vec<&'a Kind<Axis>>,
     runs: Vec<usize>,
+    /// Recordings, each with its runs: what is left out together.
+    folds: Vec<Vec<usize>>,
+    /// How many effects of the start are given: they are fitted, but never taken out.
+    given: usize,
     progress: &'a (dyn Fn(&str) + Sync),
 }
 
@@ -128,7 +148,15 @@ impl<'a> Search<'a> {
         };
         let takes_part = |kind: &&Kind<Axis>| kind.rigs != other_rig && !excluded.contains(&kind.id.as_ref());
         let kinds = catalog.kinds().iter().filter(takes_part).collect();
-        Search { problem, rules, kinds, runs: (0..problem.runs.len()).collect(), progress }
+        let runs: Vec<usize> = (0..problem.runs.len()).collect();
+        let folds = runs.iter().map(|&run| vec![run]).collect();
+        Search { problem, rules, kinds, runs, folds, given: 0, progress }
+    }
+
+    /// Leaves out these runs together.
+    #[must_use]
+    pub fn with_folds(self, folds: Vec<Vec<usize>>) -> Self {
+        Search { folds, ..self }
     }
 
     /// How many candidates there are.
@@ -147,26 +175,27 @@ impl<'a> Search<'a> {
 
     /// Leaves each recording out in turn.
     fn tried(&self, fit_all: Fit) -> Tried {
-        let folds: Vec<f64> = self.runs.par_iter().map(|&left| self.fold(&fit_all, left)).collect();
-        Tried { fit: fit_all, left_out: folds }
+        let left_out: Vec<f64> = self.folds.par_iter().map(|left| self.fold(&fit_all, left)).collect();
+        Tried { fit: fit_all, left_out }
     }
 
-    fn fold(&self, fit_all: &Fit, left: usize) -> f64 {
-        let others: Vec<usize> = self.runs.iter().copied().filter(|&run| run != left).collect();
+    fn fold(&self, fit_all: &Fit, left: &[usize]) -> f64 {
+        let others: Vec<usize> = self.runs.iter().copied().filter(|run| !left.contains(run)).collect();
         let mut scratch = Scratch::default();
         let without = fit(self.problem, &fit_all.trial, &others, Some(fit_all), &mut scratch);
         predictive(fit_all, &without)
     }
 
     /// The whole search, from this set on.
-    pub fn run(&self, start: &Trial) -> Found {
+    pub fn run(mut self, start: &Trial) -> Found {
+        self.given = start.effects.len();
         (self.progress)("fitting the base values");
         let base = self.tried(self.fitted(start, None));
         let mut best = base.clone();
         let mut rankings = Vec::new();
         for step in 0..self.rules.effects_max {
             (self.progress)(&format!("step {}: trying {} effects", step + 1, self.kinds.len()));
-            let (ranking, next) = self.extend(&best);
+            let (ranking, next) = self.extend(&best, &rankings);
             rankings.push(ranking);
             let Some(next) = next else { break };
             best = self.prune(self.swap(next));
@@ -179,7 +208,7 @@ impl<'a> Search<'a> {
     }
 
     /// Tries every effect on top of a set.
-    fn extend(&self, current: &Tried) -> (Vec<Ranked>, Option<Tried>) {
+    fn extend(&self, current: &Tried, before: &[Vec<Ranked>]) -> (Vec<Ranked>, Option<Tried>) {
         let mut fits = self.additions(current);
         fits.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
         let mut ranking: Vec<Ranked> = fits
@@ -192,7 +221,10 @@ impl<'a> Search<'a> {
             })
             .collect();
         let mut finalists: Vec<(usize, Tried)> = Vec::new();
-        for (row, (_, fit)) in fits.iter().enumerate() {
+        for (row, (id, fit)) in fits.iter().enumerate() {
+            if self.is_shadow(id, ranking[row].gain, before) {
+                continue;
+            }
             if finalists.len() < self.rules.finalists && ranking[row].gain > self.rules.gain_min / 2.0 {
                 finalists.push((row, self.tried(fit.clone())));
             }
@@ -217,6 +249,17 @@ impl<'a> Search<'a> {
             }
         }
         (ranking, next)
+    }
+
+    /// Whether an effect that imitated an accepted one would now be added for a trifle.
+    fn is_shadow(&self, id: &str, gain: f64, before: &[Vec<Ranked>]) -> bool {
+        before.iter().any(|ranking| {
+            let accepted = ranking.iter().find(|row| row.accepted);
+            let own = ranking.iter().find(|row| row.id == id);
+            accepted.zip(own).is_some_and(|(accepted, own)| {
+                own.gain > self.rules.shadow_gain * accepted.gain && gain < self.rules.shadow_worth * accepted.gain
+            })
+        })
     }
 
     /// Whether gains on left-out recordings are enough.
@@ -246,7 +289,7 @@ impl<'a> Search<'a> {
 
     fn addition(&self, current: &Fit, kind: &Kind<Axis>) -> Option<Fit> {
         let mut promising: Vec<(f64, Chosen)> =
-            starts(kind).into_iter().filter_map(|chosen| self.promise(current, chosen)).collect();
+            starts(kind).into_iter().flat_map(|chosen| self.promise(current, chosen)).collect();
         promising.sort_by(|a, b| b.0.total_cmp(&a.0));
         let fits = promising.iter().take(2).map(|(_, chosen)| {
             let mut trial = current.trial.clone();
@@ -256,23 +299,29 @@ impl<'a> Search<'a> {
         fits.min_by(|a, b| a.cost.total_cmp(&b.cost))
     }
 
-    /// The linear gain of an effect at a start, and the start moved to the size that the data ask for.
-    fn promise(&self, current: &Fit, chosen: Chosen) -> Option<(f64, Chosen)> {
+    /// The linear gain of an effect at a start: the start moved to the size that the data ask for, and, where that is far away, the
+    /// start itself, since so far away nothing is linear.
+    fn promise(&self, current: &Fit, chosen: Chosen) -> Vec<(f64, Chosen)> {
         let Signature { information, gradient } = self.signature(current, &chosen);
         if !(information > 0.0 && information.is_finite()) {
-            return None;
+            return Vec::new();
         }
         let amplitude = -gradient / information;
         let at = chosen.kind.size();
-        let param = chosen.kind.params[at].clone();
-        let mut moved = chosen;
+        let param = &chosen.kind.params[at];
+        let gain = if amplitude > 0.0 { gradient * gradient / information } else { 0.0 };
         // Only a size that is zero when off can be scaled; one in the wrong direction stays where it is: the residual may be of
         // another shape.
-        if amplitude > 0.05 && param.off == 0.0 {
-            moved.values[at] = (amplitude * moved.values[at]).clamp(param.lower, param.upper);
+        if amplitude <= 0.05 || param.off != 0.0 {
+            return vec![(gain, chosen)];
         }
-        let gain = if amplitude > 0.0 { gradient * gradient / information } else { 0.0 };
-        Some((gain, moved))
+        let mut moved = chosen.clone();
+        moved.values[at] = (amplitude * moved.values[at]).clamp(param.lower, param.upper);
+        let mut both = vec![(gain, moved)];
+        if amplitude > FAR {
+            both.push((0.5 * gain, chosen));
+        }
+        both
     }
 
     fn signature(&self, current: &Fit, chosen: &Chosen) -> Signature {
@@ -282,7 +331,7 @@ impl<'a> Search<'a> {
     /// Takes out every member that the left-out recordings do not miss.
     fn prune(&self, mut best: Tried) -> Tried {
         loop {
-            if best.fit.trial.effects.len() < 2 {
+            if best.fit.trial.effects.len() < self.given + 2 {
                 return best;
             }
             let without = self.without_each(&best);
@@ -295,7 +344,7 @@ impl<'a> Search<'a> {
     }
 
     fn without_each(&self, best: &Tried) -> Vec<Tried> {
-        (0..best.fit.trial.effects.len()).map(|member| self.without(best, member)).collect()
+        (self.given..best.fit.trial.effects.len()).map(|member| self.without(best, member)).collect()
     }
 
     fn without(&self, best: &Tried, member: usize) -> Tried {
@@ -306,12 +355,12 @@ impl<'a> Search<'a> {
 
     /// Replaces members by others while the left-out recordings gain from it.
     fn swap(&self, mut best: Tried) -> Tried {
-        if best.fit.trial.effects.len() < 2 {
+        if best.fit.trial.effects.len() < self.given + 2 {
             return best;
         }
         for _ in 0..2 {
             let mut better: Option<Tried> = None;
-            for member in 0..best.fit.trial.effects.len() - 1 {
+            for member in self.given..best.fit.trial.effects.len() - 1 {
                 let smaller = self.without(&best, member);
                 let mut fits = self.additions(&smaller);
                 fits.retain(|(_, fit)| fit.cost < best.fit.cost - self.rules.gain_min);
@@ -334,9 +383,9 @@ impl<'a> Search<'a> {
     /// For each member, what could stand in its place, and what it is worth.
     fn ties(&self, base: &Tried, best: &Tried) -> (BTreeMap<String, Vec<String>>, BTreeMap<String, f64>) {
         let (mut ties, mut worth) = (BTreeMap::new(), BTreeMap::new());
-        for member in 0..best.fit.trial.effects.len() {
+        for member in self.given..best.fit.trial.effects.len() {
             let id = best.fit.trial.effects[member].kind.id.to_string();
-            let smaller = if best.fit.trial.effects.len() == 1 { base.clone() } else { self.without(best, member) };
+            let smaller = if best.fit.trial.effects.len() == self.given + 1 { base.clone() } else { self.without(best, member) };
             worth.insert(id.clone(), smaller.total() - best.total());
             let mut fits = self.additions(&smaller);
             fits.retain(|(other, fit)| *other != id && fit.cost < best.fit.cost + 2.0 * self.rules.gain_certain);
@@ -397,7 +446,7 @@ impl<'a> Search<'a> {
         let at = kind.size();
         let param = &kind.params[at];
         let mut chosen = Chosen::at_start(kind);
-        if param.off > 100.0 * param.lower {
+        if param.lower > 0.0 && param.off > 100.0 * param.lower {
             // A frequency: the higher, the less of the effect. The highest one of a grid that would still show.
             return (0..20).map(|i| 400.0 * libm::pow(0.8, f64::from(i))).find(|frequency| {
                 chosen.values[at] = *frequency;

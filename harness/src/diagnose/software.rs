@@ -144,7 +144,7 @@ fn left_over(balances: &[Balance]) -> (f64, f64, f64) {
 }
 
 /// Examines one recording. `effects` are those of the model that is examined.
-pub fn examine(model: &Model, case: &Case, effects: &[Chosen], delay: &crate::model::Chosen) -> Software {
+pub fn examine(model: &Model, case: &Case, effects: &[Chosen], delay: &Chosen) -> Software {
     let mut software = Software {
         closure_m: None,
         closure_found_m: None,

@@ -60,6 +60,13 @@ impl Editor {
         Model::read(path, catalog)?;
         let text = std::fs::read_to_string(path).map_err(|error| Error::new(error.to_string()).file(path))?;
         let document = text.parse::<DocumentMut>().map_err(|error| Error::new(error.to_string()).file(path))?;
+        if document.get("effect").is_some_and(|item| !item.is_array_of_tables()) {
+            let what = "the effects stand in one list, which cannot be edited here";
+            return Err(Error::new(what)
+                .file(path)
+                .place("key effect")
+                .help("write each of them as a table of its own: [[effect]]"));
+        }
         Ok(Editor { path: path.to_path_buf(), document })
     }
 
@@ -82,9 +89,9 @@ impl Editor {
         }
         if let Some(table) = tables.iter_mut().find(|table| is_this(table)) {
             for (name, number) in values {
-                table[name] = value(*number);
+                put(table, name, (*number).into());
             }
-            table["source"] = value(source);
+            put(table, "source", source.into());
         }
     }
 
@@ -102,7 +109,12 @@ impl Editor {
 
     /// Sets a base value, as `contact.stiffness_n_per_m`.
     pub fn set_base(&mut self, table: &str, key: &str, number: f64) {
-        self.document[table][key] = value(number);
+        let entry = self.document.entry(table).or_insert(Item::Table(Table::new()));
+        if let Some(table) = entry.as_table_mut() {
+            put(table, key, number.into());
+        } else {
+            entry[key] = value(number);
+        }
     }
 
     /// The text as it would be saved.
@@ -112,8 +124,21 @@ impl Editor {
 
     /// Saves, all or nothing.
     pub fn save(&self, catalog: &Catalog<Axis>) -> Result<(), Error> {
-        let text = self.text();
-        Model::parse(&self.path.display().to_string(), &text, catalog)?;
-        crate::files::write_whole(&self.path, text.as_bytes())
+        self.save_as(&self.path, catalog)
     }
+
+    /// Saves to another file, all or nothing.
+    pub fn save_as(&self, path: &Path, catalog: &Catalog<Axis>) -> Result<(), Error> {
+        let text = self.text();
+        Model::parse(&path.display().to_string(), &text, catalog)?;
+        crate::files::write_whole(path, text.as_bytes())
+    }
+}
+
+/// Sets a value and keeps the comment beside it.
+fn put(table: &mut Table, key: &str, mut new: toml_edit::Value) {
+    if let Some(old) = table.get(key).and_then(Item::as_value) {
+        *new.decor_mut() = old.decor().clone();
+    }
+    table[key] = Item::Value(new);
 }

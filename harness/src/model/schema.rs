@@ -20,7 +20,9 @@ pub fn schema(catalog: &Catalog<Axis>) -> Value {
             for param in &kind.params {
                 let limits = json!({ "type": "number", "minimum": param.lower, "maximum": param.upper, "description": param.unit });
                 properties.insert(param.name.to_string(), limits);
-                required.push(json!(param.name));
+                if param.default.is_none() {
+                    required.push(json!(param.name));
+                }
             }
             json!({ "type": "object", "description": kind.about, "properties": properties, "required": required, "additionalProperties": false })
         })

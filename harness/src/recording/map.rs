@@ -306,14 +306,14 @@ impl Map {
     pub fn parse(name: &str, text: &str) -> Result<Self, Error> {
         let map: Self = toml::from_str(text).map_err(|error| {
             let what = error.message().lines().collect::<Vec<_>>().join("; ");
-            let bare = Error::new(what).file(name).help("correct the map; `dockhil schema` lists its keys");
+            let bare = Error::new(what).file(name).help("correct the map; `dockhil model schema --map` lists its keys");
             match error.span() {
                 Some(span) => bare.span(text, span),
                 None => bare,
             }
         })?;
         super::map_check::check(&map).map_err(|(key, what)| {
-            let bare = Error::new(what).file(name).help("correct the map; `dockhil schema` lists its keys");
+            let bare = Error::new(what).file(name).help("correct the map; `dockhil model schema --map` lists its keys");
             match text.find(key) {
                 Some(start) => bare.span(text, start..start + key.len()),
                 None => bare,

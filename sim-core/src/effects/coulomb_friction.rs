@@ -4,7 +4,7 @@
 //! |---|---|---|---|
 //! | F_c | friction force | N | fitted |
 //! | d' | rate of penetration | m/s | |
-//! | v_s | smoothing speed, 1 mm/s | m/s | about 1/35 of the impact speed of the thesis (chosen, not measured) |
+//! | v_s | smoothing speed; 1 mm/s unless it is given | m/s | about 1/35 of the impact speed of the thesis (chosen) |
 //!
 //! Not modelled: breakaway, Stribeck. Confused with: hysteresis (rounded corners), damping at one speed.
 
@@ -15,16 +15,14 @@ use alloc::boxed::Box;
 use alloc::sync::Arc;
 use alloc::vec;
 
-/// Smoothing speed v_s; see the table above.
-const SMOOTHING_M_PER_S: f64 = 0.001;
-
 struct CoulombFriction {
     force_n: f64,
+    smoothing_m_per_s: f64,
 }
 
 impl Effect<Axis> for CoulombFriction {
     fn contact(&self, _context: Context<'_>, seen: &Signals<Axis>, out: &mut ContactForce<Axis>) {
-        out.dissipative += self.force_n * libm::tanh(seen.touch.rate_m_per_s / SMOOTHING_M_PER_S);
+        out.dissipative += self.force_n * libm::tanh(seen.touch.rate_m_per_s / self.smoothing_m_per_s);
     }
 }
 
@@ -39,8 +37,11 @@ pub fn kind() -> Kind<Axis> {
         order: 40,
         family: Family::Contact,
         rigs: Where::Both,
-        params: vec![Param::new("force_n", "N", [0.0, 0.0, 1e4], 0.1, &[0.3])],
+        params: vec![
+            Param::new("force_n", "N", [0.0, 0.0, 1e4], 0.1, &[0.3]),
+            Param::new("smoothing_m_per_s", "m/s", [1e-4, 0.001, 0.01], 1e-4, &[0.001]).or(0.001),
+        ],
         verified: Verified::Foreign("data/hidden-effect d2; EMPS drive"),
-        build: Arc::new(|values| Box::new(CoulombFriction { force_n: values[0] })),
+        build: Arc::new(|values| Box::new(CoulombFriction { force_n: values[0], smoothing_m_per_s: values[1] })),
     }
 }

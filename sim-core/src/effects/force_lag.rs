@@ -75,7 +75,7 @@ pub fn kind() -> Kind<Axis> {
         rigs: Where::Docking,
         params: vec![
             Param::new("corner_frequency_hz", "Hz", [1.0, IMMEDIATE_HZ, IMMEDIATE_HZ], 1.0, &[15.0, 40.0]),
-            Param::choice("order", "1", 1.0, &[1.0, 2.0]),
+            Param::choice("order", "1", 1.0, &[1.0, 2.0]).or(1.0),
         ],
         verified: Verified::Foreign("data/hidden-effect d4"),
         build: Arc::new(|values| {

@@ -1,4 +1,5 @@
 //! Single effects against closed forms, step by step and outside the loop.
+#![expect(clippy::disallowed_methods, reason = "the oracle is another implementation than libm")]
 
 use super::{attached, rates};
 use sim_core::effect::{Attached, Context};

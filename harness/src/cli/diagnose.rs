@@ -1,0 +1,99 @@
+//! `dockhil diagnose`: which physical effect is missing.
+
+use super::console::Console;
+use super::inputs::{self, Outputs, Reading};
+use super::outcome::Exit;
+use super::words;
+use crate::diagnose::search::Rules;
+use crate::diagnose::{Outcome, Request, diagnose};
+use crate::error::Error;
+use crate::model::Editor;
+use crate::recording::Session;
+use clap::Args;
+use sim_core::effect::Catalog;
+use sim_core::space::Axis;
+use std::path::{Path, PathBuf};
+
+/// Arguments of `dockhil diagnose`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// The model file.
+    #[arg(long, value_name = "MODEL.toml")]
+    pub model: PathBuf,
+    /// Recordings to learn from.
+    #[arg(long, required = true, num_args = 1.., value_name = "RECORDING")]
+    pub learn: Vec<PathBuf>,
+    /// Recordings at rest and in free flight, to learn noise and timing from.
+    #[arg(long, num_args = 1.., value_name = "RECORDING")]
+    pub aux: Vec<PathBuf>,
+    /// Recordings for the final score, and nothing else.
+    #[arg(long, required = true, num_args = 1.., value_name = "RECORDING")]
+    pub test: Vec<PathBuf>,
+    /// Save the model with what was found.
+    #[arg(long, value_name = "MODEL.toml")]
+    pub write_model: Option<PathBuf>,
+    /// Overwrite the model that --write-model names.
+    #[arg(long, requires = "write_model")]
+    pub force: bool,
+    #[command(flatten)]
+    pub outputs: Outputs,
+    #[command(flatten)]
+    pub reading: Reading,
+}
+
+impl Arguments {
+    /// Does what was asked for.
+    pub fn run(&self, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Exit, Error> {
+        self.outputs.check()?;
+        if let Some(path) = &self.write_model {
+            inputs::writable_new(path, self.force)?;
+        }
+        let model = inputs::model(&self.model, catalog)?;
+        let learn = self.reading.sessions(&self.learn, console)?;
+        let aux = self.reading.sessions(&self.aux, console)?;
+        let test = self.reading.sessions(&self.test, console)?;
+        let progress = console.progress();
+        let outcome = diagnose(&Request {
+            model: &model,
+            catalog,
+            learn: &learn,
+            aux: &aux,
+            test: &test,
+            rules: Rules::default(),
+            progress: &|text| progress.say(text),
+        })?;
+        drop(progress);
+        if let Some(path) = &self.write_model {
+            found(&self.model, &outcome, &learn, catalog)?.save_as(path, catalog)?;
+        }
+        if let Some(path) = &self.outputs.json {
+            console.save(path, &format!("{:#}\n", serde_json::json!(outcome.diagnosis)))?;
+        }
+        if let Some(path) = &self.outputs.report {
+            // WIRE: the page of this outcome.
+            return Err(Error::new("the report of a diagnosis is not wired yet").file(path));
+        }
+        if !self.outputs.json_only() {
+            console.print(&words::diagnosis(&outcome));
+        }
+        Ok(if outcome.diagnosis.verdict.answers() { Exit::Pass } else { Exit::Undecided })
+    }
+}
+
+/// The model with the effects and base values that were found; its comments stay.
+fn found(path: &Path, outcome: &Outcome, learn: &[Session], catalog: &Catalog<Axis>) -> Result<Editor, Error> {
+    let mut editor = Editor::open(path, catalog)?;
+    let base = &outcome.base;
+    editor.set_base("plant", "mass_kg", base.mass_kg);
+    editor.set_base("contact", "stiffness_n_per_m", base.stiffness_n_per_m);
+    editor.set_base("contact", "damping_n_s_per_m", base.damping_n_s_per_m);
+    editor.set_base("contact", "offset_n", base.offset_n);
+    let files: Vec<String> = learn.iter().map(|session| session.file.display().to_string()).collect();
+    let source = format!("fitted by dockhil diagnose, base values too, to {}", files.join(", "));
+    for chosen in &outcome.found {
+        let names = chosen.kind.params.iter().map(|param| param.name.to_string());
+        let values: Vec<(String, f64)> = names.zip(chosen.values.iter().copied()).collect();
+        editor.set(&chosen.kind.id, &values, &source);
+    }
+    Ok(editor)
+}

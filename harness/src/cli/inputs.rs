@@ -1,0 +1,119 @@
+//! Arguments that several commands share, and the files behind them.
+
+use crate::error::Error;
+use crate::model::Model;
+use crate::recording::{Map, ReadOptions, Session, read};
+use clap::Args;
+use rayon::prelude::*;
+use sim_core::effect::Catalog;
+use sim_core::space::Axis;
+use std::path::{Path, PathBuf};
+
+use super::console::Console;
+
+/// How recordings are read.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Reading")]
+pub struct Reading {
+    /// Topics, units and conventions of the recordings, if they are not the usual ones.
+    #[arg(long, value_name = "MAP.toml")]
+    pub map: Option<PathBuf>,
+    /// Read the sound parts of a damaged recording; every verdict then carries grade C.
+    #[arg(long)]
+    pub salvage: bool,
+}
+
+impl Reading {
+    /// As the reader wants it.
+    pub fn options(&self) -> Result<ReadOptions, Error> {
+        let map = match &self.map {
+            None => Map::default(),
+            Some(path) => {
+                let text = std::fs::read_to_string(path).map_err(|error| {
+                    Error::new(format!("cannot read the map: {error}")).file(path).help("check the path after --map")
+                })?;
+                Map::parse(&path.display().to_string(), &text)?
+            }
+        };
+        Ok(ReadOptions { map, salvage: self.salvage })
+    }
+
+    /// Reads recordings, in the order given; of several errors the first in that order counts.
+    pub fn sessions(&self, paths: &[PathBuf], console: &Console<'_>) -> Result<Vec<Session>, Error> {
+        let options = self.options()?;
+        let progress = console.progress();
+        let read_one = |path: &PathBuf| {
+            progress.say(&format!("reading {}", path.display()));
+            read(path, &options)
+        };
+        let results: Vec<Result<Session, Error>> = paths.par_iter().map(read_one).collect();
+        results.into_iter().collect()
+    }
+}
+
+/// Where results go besides standard output.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Output")]
+pub struct Outputs {
+    /// Save the numbers as JSON; `-` prints them instead of the text.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+    /// Save a report page: one file, no network.
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
+}
+
+impl Outputs {
+    /// Refuses now what could not be written after minutes of computing.
+    pub fn check(&self) -> Result<(), Error> {
+        let files = self.json.iter().chain(&self.report).filter(|path| *path != Path::new("-"));
+        files.into_iter().try_for_each(|path| writable(path))
+    }
+
+    /// Whether standard output is for the JSON, and not for the text.
+    pub fn json_only(&self) -> bool {
+        self.json.as_deref() == Some(Path::new("-"))
+    }
+}
+
+/// A file that is going to be written: its folder exists, and it is no folder itself.
+pub fn writable(path: &Path) -> Result<(), Error> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if !folder.is_dir() {
+        let what = format!("the folder {} does not exist", folder.display());
+        return Err(Error::new(what).file(path).help("make the folder, or name another file"));
+    }
+    if path.is_dir() {
+        return Err(Error::new("is a folder, expected a file to write").file(path).help("name a file in it"));
+    }
+    Ok(())
+}
+
+/// A file that is going to be written and may hold somebody's work: an old one is kept unless `force` is given.
+pub fn writable_new(path: &Path, force: bool) -> Result<(), Error> {
+    writable(path)?;
+    if path.exists() && !force {
+        let help = "name another file, or overwrite it with --force";
+        return Err(Error::new("exists already and was left as it is").file(path).help(help));
+    }
+    Ok(())
+}
+
+/// The model, checked.
+pub fn model(path: &Path, catalog: &Catalog<Axis>) -> Result<Model, Error> {
+    Model::read(path, catalog)
+}
+
+/// Refuses a recording that is both learned from and tested on: by its bytes, not by its name.
+pub fn apart(learn: &[Session], test: &[Session]) -> Result<(), Error> {
+    let twice = test.iter().find_map(|test| Some((test, learn.iter().find(|learn| learn.sha256 == test.sha256)?)));
+    match twice {
+        None => Ok(()),
+        Some((test, learn)) => {
+            let what = format!("holds the same bytes as {}, which the model learns from", learn.file.display());
+            Err(Error::new(what)
+                .file(&test.file)
+                .help("test on recordings that the fit has not seen: take it out of one of the lists"))
+        }
+    }
+}

@@ -1,0 +1,42 @@
+//! `dockhil ladder`: how the error falls on the test recordings, effect by effect.
+
+use super::console::Console;
+use super::inputs::{self, Outputs, Reading};
+use super::outcome::Exit;
+use crate::error::Error;
+use clap::Args;
+use sim_core::effect::Catalog;
+use sim_core::space::Axis;
+use std::path::PathBuf;
+
+/// Arguments of `dockhil ladder`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// The model file; each of its effects is one step.
+    #[arg(long, value_name = "MODEL.toml")]
+    pub model: PathBuf,
+    /// Recordings for the score, and nothing else.
+    #[arg(long, required = true, num_args = 1.., value_name = "RECORDING")]
+    pub test: Vec<PathBuf>,
+    /// Recordings at rest, to learn the noise floor from.
+    #[arg(long, num_args = 1.., value_name = "RECORDING")]
+    pub aux: Vec<PathBuf>,
+    #[command(flatten)]
+    pub outputs: Outputs,
+    #[command(flatten)]
+    pub reading: Reading,
+}
+
+impl Arguments {
+    /// Does what was asked for.
+    pub fn run(&self, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Exit, Error> {
+        self.outputs.check()?;
+        let model = inputs::model(&self.model, catalog)?;
+        let aux = self.reading.sessions(&self.aux, console)?;
+        let test = self.reading.sessions(&self.test, console)?;
+        inputs::apart(&aux, &test)?;
+        // WIRE: ladder(model, aux, test) → text, json, page, exit.
+        let _ = (model, self.outputs.json_only());
+        Err(Error::new("ladder is not wired yet"))
+    }
+}

@@ -1,0 +1,125 @@
+//! The command `dockhil`: arguments in, values to standard output, progress and errors to standard error, an exit code.
+//!
+//! Nothing is computed here. A command reads its files, calls the function that does the work, and prints what came back.
+//! [`run`] takes its arguments and its writers, so that a test calls it as a shell would.
+
+mod compare;
+mod console;
+mod demo;
+mod diagnose;
+mod effect;
+mod inputs;
+mod ladder;
+mod model;
+mod outcome;
+mod progress;
+mod words;
+
+pub use console::{Console, Look};
+pub use outcome::Exit;
+pub use progress::Progress;
+
+use crate::error::Error;
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use sim_core::effect::Catalog;
+use sim_core::space::Axis;
+use std::ffi::OsString;
+
+/// What stands below the list of commands.
+const AFTER_HELP: &str = "\
+Exit codes: 0 pass · 1 a criterion failed · 2 wrong usage or input · 3 undecided · 4 nothing to run
+            101 bug · 130 interrupted
+Data goes to standard output, progress and errors to standard error. NO_COLOR is honoured.
+
+Start with: dockhil demo";
+
+/// Compare a docking simulator's model with measurements, learn which physical effect is missing, add it, watch the error
+/// fall.
+#[derive(Debug, Parser)]
+#[command(name = "dockhil", version, after_help = AFTER_HELP)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Write, check and describe model files.
+    Model(model::Arguments),
+    /// List, show, add, remove and fit the physical effects of a model.
+    Effect(effect::Arguments),
+    /// Compare a model with recordings: where it fails, and by how much.
+    Compare(compare::Arguments),
+    /// Rank the physical effects that would remove the remaining error.
+    Diagnose(diagnose::Arguments),
+    /// Show how the error falls on the test recordings, effect by effect.
+    Ladder(ladder::Arguments),
+    /// Write recordings and a model to a folder, and go all the way from error to effect.
+    Demo(demo::Arguments),
+}
+
+/// Runs one command line, `args[0]` being the program, with the effects of `catalog`; returns the exit code.
+pub fn run(
+    args: impl IntoIterator<Item = impl Into<OsString> + Clone>,
+    catalog: &Catalog<Axis>,
+    console: &mut Console<'_>,
+) -> u8 {
+    let exit = match parse(args, console) {
+        Ok(command) => command.run(catalog, console).unwrap_or_else(|error| {
+            console.error(&error);
+            Exit::BadInput
+        }),
+        Err(exit) => exit,
+    };
+    match console.finish() {
+        Ok(()) => exit.code(),
+        Err(error) => {
+            console.error(&error);
+            Exit::BadInput.code()
+        }
+    }
+}
+
+/// The command that was typed; or, after a request for help or a mistake, the exit code.
+fn parse(
+    args: impl IntoIterator<Item = impl Into<OsString> + Clone>,
+    console: &mut Console<'_>,
+) -> Result<Command, Exit> {
+    let matches = Arguments::command().try_get_matches_from(args);
+    matches.and_then(|matches| Arguments::from_arg_matches(&matches)).map(|arguments| arguments.command).map_err(
+        |error| {
+            let styled = error.render();
+            let text = if console.look.colour { styled.ansi().to_string() } else { styled.to_string() };
+            if error.use_stderr() {
+                console.say(&text);
+                Exit::BadInput
+            } else {
+                console.print(&text);
+                Exit::Pass
+            }
+        },
+    )
+}
+
+impl Command {
+    fn run(&self, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Exit, Error> {
+        match self {
+            Command::Model(arguments) => arguments.run(catalog, console),
+            Command::Effect(arguments) => arguments.run(catalog, console),
+            Command::Compare(arguments) => arguments.run(catalog, console),
+            Command::Diagnose(arguments) => arguments.run(catalog, console),
+            Command::Ladder(arguments) => arguments.run(catalog, console),
+            Command::Demo(arguments) => arguments.run(catalog, console),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_arguments_are_consistent() {
+        super::Arguments::command().debug_assert();
+    }
+}

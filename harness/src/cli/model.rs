@@ -1,0 +1,105 @@
+//! `dockhil model`: write a nominal model, print its schema, check one.
+
+use super::console::Console;
+use super::inputs::{self, Reading};
+use super::outcome::Exit;
+use crate::error::Error;
+use crate::files::write_whole;
+use crate::model::{self, Model, RigKind};
+use crate::recording::{Map, read};
+use clap::{Args, Subcommand};
+use sim_core::effect::Catalog;
+use sim_core::space::Axis;
+use std::path::PathBuf;
+
+/// Arguments of `dockhil model`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    /// Write the nominal model of the rig that a recording's own record describes.
+    Init(Init),
+    /// Print the JSON schema of model files; editors complete and check with it.
+    Schema(Schema),
+    /// Read a model, report its first mistake, run nothing.
+    Check(Check),
+}
+
+#[derive(Debug, Args)]
+struct Init {
+    /// The recording whose operator describes the rig.
+    recording: PathBuf,
+    /// The model file to write.
+    #[arg(short, long, value_name = "MODEL.toml")]
+    output: PathBuf,
+    /// Overwrite the model file.
+    #[arg(long)]
+    force: bool,
+    #[command(flatten)]
+    reading: Reading,
+}
+
+#[derive(Debug, Args)]
+struct Schema {
+    /// The schema of maps instead: topics, units and conventions of recordings.
+    #[arg(long)]
+    map: bool,
+}
+
+#[derive(Debug, Args)]
+struct Check {
+    /// The model file.
+    model: PathBuf,
+}
+
+impl Arguments {
+    /// Does what was asked for.
+    pub fn run(&self, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Exit, Error> {
+        match &self.verb {
+            Verb::Init(init) => init.run(catalog, console)?,
+            Verb::Schema(Schema { map: true }) => {
+                console.print(&format!("{:#}\n", schemars::schema_for!(Map).to_value()));
+            }
+            Verb::Schema(Schema { map: false }) => console.print(&format!("{:#}\n", model::schema(catalog))),
+            Verb::Check(check) => {
+                let model = inputs::model(&check.model, catalog)?;
+                console.print(&format!("{}: {}\n", check.model.display(), in_short(&model)));
+            }
+        }
+        Ok(Exit::Pass)
+    }
+}
+
+impl Init {
+    fn run(&self, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<(), Error> {
+        inputs::writable_new(&self.output, self.force)?;
+        let session = read(&self.recording, &self.reading.options()?)?;
+        let model = model::from_session(&session)?;
+        let text = model.text(&format!("{} (SHA-256 {})", self.recording.display(), session.sha256))?;
+        // A record may believe what no model can hold, such as a mass of zero.
+        Model::parse("the model of this recording's record", &text, catalog)
+            .map_err(|error| error.help("correct the record, or give the value in the map: [believed] key = value"))?;
+        write_whole(&self.output, text.as_bytes())?;
+        console.print(&format!("{}: written; {}\n", self.output.display(), in_short(&model)));
+        Ok(())
+    }
+}
+
+fn in_short(model: &Model) -> String {
+    let enabled = model.effects.iter().filter(|effect| effect.enabled).count();
+    let rig = match model.rig {
+        RigKind::Docking => "docking cell",
+        RigKind::Drive => "drive",
+    };
+    let (mass, contact) = (model.plant.mass_kg, &model.contact);
+    format!(
+        "{rig}, {mass} kg, {} N/m, {} N s/m, effects: {enabled} enabled of {}",
+        contact.stiffness_n_per_m,
+        contact.damping_n_s_per_m,
+        model.effects.len()
+    )
+}

@@ -1,0 +1,230 @@
+//! Effects that are random: a command that was lost or late is decoded from the reported pose, packet by packet.
+//!
+//! A fit cannot predict which packet is lost, but the recording tells: a lost packet leaves the robot where it was for one tick,
+//! `v T` behind (0.14 mm at 35 mm/s), seven times the read-out noise. Losses are decoded as the most likely path of a two-state
+//! chain (Viterbi); its transitions are paid for with their probabilities, so that noise cannot be explained away by losses.
+//! Jitter of standard deviation s adds `v² s²` to the variance of the pose; the most likely lateness of each packet follows.
+
+use super::problem::{Problem, Run};
+use crate::blocks::Schedule;
+use crate::model::Chosen;
+use sim_core::effect::Kind;
+use sim_core::signals::Received;
+use sim_core::space::{Axis, AxisMotion};
+
+/// Longest run of losses that is considered, in packets: 60 ms at 4 ms; a controller stops long before.
+const HELD_MAX: usize = 15;
+
+/// A random effect, with what happened in each run.
+#[derive(Debug, Clone)]
+pub struct Decoded {
+    /// The effect with its fitted parameters.
+    pub chosen: Chosen,
+    /// Standard deviations of the parameters.
+    pub deviations: Vec<f64>,
+    /// For each run, the commands as the robot got them.
+    pub schedules: Vec<Schedule>,
+    /// For each run, by how much twice the log density of the reported pose rises.
+    pub gains: Vec<f64>,
+}
+
+/// What the reported pose of a run says, with the deterministic part of the path taken out.
+struct Track<'a> {
+    run: &'a Run,
+    /// Reported minus predicted position, m; NaN where unknown.
+    residual_m: Vec<f64>,
+    /// Ticks between a command and the report that first shows it, and the share of the next command in that report.
+    lag: usize,
+    share: f64,
+    sigma_m: f64,
+}
+
+impl<'a> Track<'a> {
+    fn new(problem: &'a Problem, run: &'a Run, predicted_m: &[f64], path_delay_s: f64) -> Self {
+        let case = &run.case;
+        let measured = case.measured_m.value.iter().zip(predicted_m).zip(&case.measured_m.known);
+        let residual_m = measured.map(|((m, p), known)| if *known { m - p } else { f64::NAN }).collect();
+        let ticks = path_delay_s / case.rates.loop_period.seconds();
+        // The report at tick n lies between commands n - lag and n - lag + 1.
+        let lag = libm::ceil(ticks - 1e-9) as usize;
+        Track { run, residual_m, lag, share: lag as f64 - ticks, sigma_m: problem.noise.position_floor_m }
+    }
+
+    fn command(&self, packet: usize) -> f64 {
+        self.run.case.commanded[packet].position_m
+    }
+
+    /// Step of the command into a packet: what a loss leaves undone.
+    fn advance(&self, packet: usize) -> f64 {
+        if packet == 0 { 0.0 } else { self.command(packet) - self.command(packet - 1) }
+    }
+}
+
+/// Position that is behind when `held` packets in a row up to this one were lost.
+fn behind(track: &Track<'_>, packet: usize, held: usize) -> f64 {
+    track.command(packet) - track.command(packet - held.min(packet))
+}
+
+/// The most likely losses, and twice their log density above 'nothing was lost'.
+fn losses(track: &Track<'_>, probability_in: f64, probability_out: f64) -> (Vec<usize>, f64) {
+    let packets = track.run.case.commanded.len();
+    let weight = 1.0 / (track.sigma_m * track.sigma_m);
+    // Cost of going on from `held` lost packets to another loss, or to a received one.
+    let lost = |held: usize| -2.0 * libm::log(if held == 0 { probability_in } else { 1.0 - probability_out });
+    let got = |held: usize| -2.0 * libm::log(if held == 0 { 1.0 - probability_in } else { probability_out });
+    let mut cost = vec![f64::INFINITY; HELD_MAX + 1];
+    cost[0] = 0.0;
+    let mut nothing = 0.0;
+    let mut from: Vec<[usize; HELD_MAX + 1]> = Vec::with_capacity(packets);
+    for packet in 0..packets {
+        let tick = packet + track.lag - usize::from(track.share > 0.0);
+        let residual = track.residual_m.get(tick).copied().unwrap_or(f64::NAN);
+        let square = |behind_m: f64| if residual.is_nan() { 0.0 } else { (residual + behind_m) * (residual + behind_m) * weight };
+        nothing += square(0.0);
+        let mut next = vec![f64::INFINITY; HELD_MAX + 1];
+        let mut back = [0; HELD_MAX + 1];
+        for held in 0..=HELD_MAX {
+            if !cost[held].is_finite() {
+                continue;
+            }
+            for (to, price) in [(0, got(held)), (held + 1, lost(held))] {
+                if to > HELD_MAX || to > packet {
+                    continue;
+                }
+                let before_m = if packet == 0 { 0.0 } else { behind(track, packet - 1, held) };
+                let expected = if track.share > 0.0 {
+                    behind(track, packet, to) * track.share + before_m * (1.0 - track.share)
+                } else {
+                    behind(track, packet, to)
+                };
+                let total = cost[held] + price + square(expected);
+                if total < next[to] {
+                    next[to] = total;
+                    back[to] = held;
+                }
+            }
+        }
+        cost = next;
+        from.push(back);
+    }
+    let mut at = (0..=HELD_MAX).min_by(|&a, &b| cost[a].total_cmp(&cost[b])).unwrap_or(0);
+    let best = cost[at];
+    let mut held = vec![0; packets];
+    for packet in (0..packets).rev() {
+        held[packet] = at;
+        at = from[packet][at];
+    }
+    (held, nothing - best)
+}
+
+fn tracks<'a>(problem: &'a Problem, predicted: &[Vec<f64>], path_delay_s: f64) -> Vec<Track<'a>> {
+    problem.runs.iter().zip(predicted).map(|(run, predicted)| Track::new(problem, run, predicted, path_delay_s)).collect()
+}
+
+/// Decodes a random effect: `predicted` is the reported pose of each run by the deterministic part of the model, `path_delay_s`
+/// its delay from command to report. With `known` parameters only the packets are decoded. `None` for an effect that is not
+/// random.
+pub fn decode(
+    problem: &Problem,
+    kind: &Kind<Axis>,
+    predicted: &[Vec<f64>],
+    path_delay_s: f64,
+    known: Option<&[f64]>,
+) -> Option<Decoded> {
+    let tracks = tracks(problem, predicted, path_delay_s);
+    match kind.id.as_ref() {
+        "command-loss" => Some(decode_losses(kind, &tracks, known)),
+        "command-jitter" => Some(decode_jitter(problem, kind, &tracks, known)),
+        _ => None,
+    }
+}
+
+/// Losses.
+fn decode_losses(kind: &Kind<Axis>, tracks: &[Track<'_>], known: Option<&[f64]>) -> Decoded {
+    let (mut into, mut out) = known.map_or((0.02, 0.5), |values| (values[0], values[1]));
+
+    let mut decoded: Vec<(Vec<usize>, f64)> = Vec::new();
+    let mut counts = [0.0; 4];
+    for _ in 0..if known.is_some() { 1 } else { 6 } {
+        decoded = tracks.iter().map(|track| losses(track, into, out)).collect();
+        counts = [0.0; 4];
+        if known.is_some() {
+            break;
+        }
+        for (track, (held, _)) in tracks.iter().zip(&decoded) {
+            // Packets that do not move tell nothing.
+            for packet in (1..held.len()).filter(|&packet| track.advance(packet).abs() > 3.0 * track.sigma_m) {
+                let state = usize::from(held[packet - 1] > 0) * 2 + usize::from(held[packet] > 0);
+                counts[state] += 1.0;
+            }
+        }
+        // One loss and one end of a loss are added, so that no probability is ever nought.
+        into = (counts[1] + 0.5) / (counts[0] + counts[1] + 1.0);
+        out = (counts[2] + 0.5) / (counts[2] + counts[3] + 1.0);
+    }
+    let deviation = |p: f64, n: f64| libm::sqrt(p * (1.0 - p) / n.max(1.0));
+    let schedules = tracks.iter().zip(&decoded).map(|(track, (held, _))| held_commands(track, held)).collect();
+    Decoded {
+        chosen: Chosen { kind: kind.clone(), values: vec![into, out] },
+        deviations: vec![deviation(into, counts[0] + counts[1]), deviation(out, counts[2] + counts[3])],
+        schedules,
+        gains: decoded.iter().map(|(_, gain)| *gain).collect(),
+    }
+}
+
+fn held_commands(track: &Track<'_>, held: &[usize]) -> Schedule {
+    let commanded = &track.run.case.commanded;
+    let packet = |(i, held): (usize, &usize)| {
+        let motion: AxisMotion = commanded[i - (*held).min(i)];
+        Received { motion, late_s: 0.0, lost: *held > 0 }
+    };
+    Schedule(held.iter().enumerate().map(packet).collect())
+}
+
+/// Jitter: its standard deviation by maximum likelihood, then the most likely lateness of each packet.
+fn decode_jitter(problem: &Problem, kind: &Kind<Axis>, tracks: &[Track<'_>], known: Option<&[f64]>) -> Decoded {
+    let period_s = problem.model.timing.loop_period_s;
+    let speed = |track: &Track<'_>, tick: usize| {
+        let packet = tick.saturating_sub(track.lag).min(track.run.case.commanded.len() - 1);
+        track.advance(packet) / period_s
+    };
+    // Between two packets the report mixes their latenesses.
+    let mix = |track: &Track<'_>| track.share * track.share + (1.0 - track.share) * (1.0 - track.share);
+    let gain = |track: &Track<'_>, sigma_s: f64| -> f64 {
+        let of = |(tick, residual): (usize, &f64)| {
+            if residual.is_nan() {
+                return 0.0;
+            }
+            let own = track.sigma_m * track.sigma_m;
+            let wide = own + mix(track) * (speed(track, tick) * sigma_s) * (speed(track, tick) * sigma_s);
+            residual * residual * (1.0 / own - 1.0 / wide) - libm::log(wide / own)
+        };
+        track.residual_m.iter().enumerate().map(of).sum()
+    };
+    let total = |sigma_s: f64| tracks.iter().map(|track| gain(track, sigma_s)).sum::<f64>();
+    let grid = (0..=200).map(|i| i as f64 * 5e-5);
+    let best = || grid.max_by(|a, b| total(*a).total_cmp(&total(*b))).unwrap_or(0.0);
+    let sigma_s = known.map_or_else(best, |values| values[0]);
+    let nudge = 0.05 * sigma_s.max(1e-5);
+    let curvature = (2.0 * total(sigma_s) - total(sigma_s + nudge) - total(sigma_s - nudge)) / (nudge * nudge);
+    let schedules = tracks.iter().map(|track| late_commands(track, sigma_s, period_s)).collect();
+    Decoded {
+        chosen: Chosen { kind: kind.clone(), values: vec![sigma_s] },
+        deviations: vec![if curvature > 0.0 { libm::sqrt(2.0 / curvature) } else { f64::INFINITY }],
+        schedules,
+        gains: tracks.iter().map(|track| gain(track, sigma_s)).collect(),
+    }
+}
+
+fn late_commands(track: &Track<'_>, sigma_s: f64, period_s: f64) -> Schedule {
+    let commanded = &track.run.case.commanded;
+    let of = |(packet, motion): (usize, &AxisMotion)| {
+        let speed = track.advance(packet) / period_s;
+        let residual = track.residual_m.get(packet + track.lag).copied().unwrap_or(f64::NAN);
+        let own = track.sigma_m * track.sigma_m;
+        let spread = speed * speed * sigma_s * sigma_s;
+        let late_s = if residual.is_nan() || spread == 0.0 { 0.0 } else { -residual * speed * sigma_s * sigma_s / (own + spread) };
+        Received { motion: *motion, late_s, lost: false }
+    };
+    Schedule(commanded.iter().enumerate().map(of).collect())
+}

@@ -1,0 +1,217 @@
+//! From evidence to a word and its sentences. A confident wrong name is the worst failure: every doubt has its own word.
+
+use super::answer::{BaseParameter, TestScore, Verdict};
+use super::examine::{Examined, Shared};
+use super::fit::Fit;
+use super::problem::{Knob, Problem, Trial};
+use super::quality::{Block, Channel, Phase, average};
+use super::random::Decoded;
+use super::search::Found;
+use crate::model::{Chosen, Model};
+use crate::recording::{Kind, Session};
+use sim_core::effect::Catalog;
+use sim_core::space::Axis;
+use std::collections::BTreeMap;
+
+/// Block statistic above which something is left.
+pub const Q_MAX: f64 = 1.35;
+/// … and by this many of its standard errors: a few blocks scatter by themselves.
+const Q_SIGMA: f64 = 4.0;
+/// Scatter between sessions above this multiple of the declared one is a change, not scatter.
+const SCATTER_MAX: f64 = 2.5;
+/// A session further from the others than this, in declared standard deviations, is odd.
+const ODD: f64 = 4.0;
+/// A base value is wrong beyond this many standard deviations and this many declared repeatabilities.
+const WRONG_SD: f64 = 3.0;
+const WRONG_REPEATABILITY: f64 = 2.0;
+
+/// Everything that a verdict rests on.
+pub struct Evidence<'a> {
+    /// The recordings that took part.
+    pub problem: &'a Problem,
+    /// What was found.
+    pub found: &'a Found,
+    /// Where the search started.
+    pub start: &'a Trial,
+    /// How many effects were in the model before.
+    pub given: usize,
+    /// A random effect, if one was decoded.
+    pub decoded: Option<&'a Decoded>,
+    /// Residual blocks with what was found.
+    pub after: &'a [Vec<Block>],
+    /// Base values.
+    pub base: &'a BTreeMap<String, BaseParameter>,
+}
+
+impl Evidence<'_> {
+    fn names(&self) -> Vec<String> {
+        let fitted = self.found.best.fit.trial.effects[self.given..].iter().map(|chosen| chosen.kind.id.to_string());
+        fitted.chain(self.decoded.map(|decoded| decoded.chosen.kind.id.to_string())).collect()
+    }
+
+    /// Where something is left, with its misfit.
+    pub fn remainder(&self) -> Option<(String, f64)> {
+        let kinds: Vec<Kind> = self.problem.runs.iter().map(|run| run.case.kind).collect();
+        let mut worst: Option<(String, f64)> = None;
+        let mut look = |words: &str, chosen: &dyn Fn(usize, &Block) -> bool| {
+            let blocks = self.after.iter().enumerate().flat_map(|(run, blocks)| blocks.iter().map(move |block| (run, block)));
+            let (q, n) = average(blocks.filter(|(run, block)| chosen(*run, block)).map(|(_, block)| block.chi2));
+            let limit = Q_MAX.max(1.0 + Q_SIGMA * libm::sqrt(2.0 / n.max(1) as f64));
+            if n > 0 && q > limit && worst.as_ref().is_none_or(|(_, other)| q > *other) {
+                worst = Some((words.to_string(), q));
+            }
+        };
+        for (channel, name) in [(Channel::Force, "force"), (Channel::Position, "reported pose")] {
+            for phase in Phase::ALL {
+                look(&format!("the {name} in {}", phase.name()), &|_, block| block.channel == channel && block.phase == phase);
+            }
+            look(&format!("the {name} in contact"), &|_, block| block.channel == channel && block.phase.in_contact());
+            look(&format!("the {name}"), &|run, block| block.channel == channel && kinds[run] == Kind::Impact);
+        }
+        worst
+    }
+
+    /// Which nuisance scatters too much, by how much (relative to the declared).
+    pub fn varies(&self) -> Option<(&'static str, f64)> {
+        let fit = &self.found.best.fit;
+        let names = ["force offset", "stiffness", "damping"];
+        let ratio = |j: usize| {
+            let (sum, n) = (0..self.problem.runs.len())
+                .filter(|&run| j < self.problem.runs[run].nuisances)
+                .fold((0.0, 0.0), |(sum, n), run| (sum + fit.nuisances[run][j] * fit.nuisances[run][j], n + 1.0));
+            if n > 0.0 { libm::sqrt(sum / n) / self.problem.declared[j] } else { 0.0 }
+        };
+        let worst = (0..3).map(|j| (names[j], ratio(j))).max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let odd = odd_runs(fit, self.problem.runs.len()).first().map(|(_, _)| worst);
+        if worst.1 > SCATTER_MAX { Some(worst) } else { odd }
+    }
+}
+
+/// Runs that differ from the others by more than the declared repeatability allows, and why.
+pub fn odd_runs(fit: &Fit, runs: usize) -> Vec<(usize, String)> {
+    let declared = fit.declared;
+    let words = ["force offset", "stiffness", "damping"];
+    let mut odd = Vec::new();
+    for run in 0..runs {
+        for j in 0..3 {
+            let mut others: Vec<f64> = (0..runs).filter(|&other| other != run).map(|other| fit.nuisances[other][j]).collect();
+            others.sort_by(f64::total_cmp);
+            let middle = others.get(others.len() / 2).copied().unwrap_or(0.0);
+            let away = fit.nuisances[run][j] - middle;
+            if away.abs() > ODD * declared[j] {
+                let size = if j == 0 { format!("{away:+.3} N") } else { format!("{:+.1} %", 100.0 * (libm::exp(away) - 1.0)) };
+                odd.push((run, format!("its {} differs from the others' by {size}", words[j])));
+                break;
+            }
+        }
+    }
+    odd
+}
+
+/// The word.
+pub fn decide(evidence: &Evidence<'_>, examined: &[Examined], shared: &Shared) -> Verdict {
+    let impacts = evidence.problem.runs.iter().filter(|run| run.case.is_impact()).count();
+    if shared.convention.is_some() || examined.iter().any(|one| one.defect.is_some()) {
+        Verdict::RecordingDefect
+    } else if impacts < 2 {
+        Verdict::Undecided
+    } else if evidence.varies().is_some() {
+        Verdict::VariesBetweenSessions
+    } else {
+        let base_wrong = evidence.base.values().any(|base| base.wrong);
+        match (evidence.names().is_empty(), evidence.remainder().is_some()) {
+            (true, true) => Verdict::NoneOfThese,
+            (true, false) if base_wrong => Verdict::WrongParameter,
+            (true, false) => Verdict::NothingMissing,
+            (false, true) => Verdict::PartlyExplained,
+            (false, false) => Verdict::Explained,
+        }
+    }
+}
+
+/// Base values: nominal, fitted, and whether they are wrong.
+pub fn base_parameters(model: &Model, found: &Found, runs: usize, mass_ratio: f64) -> BTreeMap<String, BaseParameter> {
+    let fit = &found.best.fit;
+    let repeat = &model.repeatability;
+    let rows = [
+        ("stiffness_n_per_m", Knob::Stiffness, model.contact.stiffness_n_per_m, repeat.stiffness_ratio),
+        ("damping_n_s_per_m", Knob::Damping, model.contact.damping_n_s_per_m, repeat.damping_ratio),
+    ];
+    let mut all = BTreeMap::new();
+    for (name, knob, nominal, ratio) in rows {
+        let Some((fitted, sd)) = fit.estimate(&knob) else { continue };
+        let away = (fitted - nominal).abs();
+        let wrong = away > WRONG_SD * sd && away > WRONG_REPEATABILITY * ratio * nominal;
+        all.insert(name.to_string(), BaseParameter { nominal, fitted, sd, wrong });
+    }
+    let _ = runs;
+    let nominal = model.plant.mass_kg;
+    let wrong = (mass_ratio - 1.0).abs() > 1e-6;
+    all.insert("reduced_mass_kg".into(), BaseParameter { nominal, fitted: nominal * mass_ratio, sd: 0.0, wrong });
+    all
+}
+
+/// Why an effect is named.
+pub fn reason(chosen: &Chosen, catalog: &Catalog<Axis>) -> String {
+    let _ = catalog;
+    format!("{}: {}", chosen.kind.about, chosen.kind.fingerprint)
+}
+
+/// The experiment that would split a tie, or isolate a lone effect.
+pub fn splitting(effects: &[String], alternatives: &[Vec<String>], catalog: &Catalog<Axis>) -> String {
+    let experiment = |id: &String| catalog.get(id).map(|kind| kind.experiment.to_string());
+    let sets = alternatives.iter().any(|set| set.len() > 1);
+    let named: Vec<String> = effects.iter().take(if sets { 1 } else { 2 }).filter_map(experiment).collect();
+    match (effects.len(), sets) {
+        (1, false) => format!("nothing needs to be split; to see it alone: {}", named.join("; ")),
+        _ => named.join("; "),
+    }
+}
+
+/// The answer in sentences.
+pub fn sentences(
+    verdict: Verdict,
+    evidence: &Evidence<'_>,
+    examined: &[Examined],
+    shared: &Shared,
+    sessions: &[&Session],
+    test: &BTreeMap<&'static str, TestScore>,
+) -> Vec<String> {
+    let mut out = vec![headline(verdict, evidence)];
+    out.extend(shared.convention.clone());
+    for (one, session) in examined.iter().zip(sessions) {
+        let name = session.file.file_name().unwrap_or_default().to_string_lossy();
+        out.extend(one.defect.iter().map(|defect| format!("{name} is left out: {defect}.")));
+    }
+    if let Some((what, ratio)) = evidence.varies() {
+        out.push(format!("The {what} changes between sessions by {ratio:.1} times the declared repeatability."));
+    }
+    if let Some((place, q)) = evidence.remainder() {
+        out.push(format!("The rest is largest in {place}: {:.2} times the noise.", libm::sqrt(q)));
+    }
+    for (name, base) in evidence.base.iter().filter(|(_, base)| base.wrong) {
+        out.push(format!("{name} is {:.6}, not {:.6} (sd {:.2e}).", base.fitted, base.nominal, base.sd));
+    }
+    for (channel, score) in test {
+        let (before, after, floor) = (score.before, score.after, score.noise_floor);
+        out.push(format!(
+            "On the test recordings {channel} goes from {before:.3e} to {after:.3e} {}; the noise floor is {floor:.3e} {}.",
+            score.unit, score.unit
+        ));
+    }
+    out
+}
+
+fn headline(verdict: Verdict, evidence: &Evidence<'_>) -> String {
+    let names = evidence.names().join(" and ");
+    match verdict {
+        Verdict::NothingMissing => "Nothing is missing that these recordings could show; the sizes that would have been seen are listed.".into(),
+        Verdict::Explained => format!("Missing is an effect of the type {names}; with it the model reaches the noise."),
+        Verdict::PartlyExplained => format!("Missing is an effect of the type {names}, and something else that no effect of the catalogue explains."),
+        Verdict::NoneOfThese => "Something is missing, and no effect of the catalogue explains it.".into(),
+        Verdict::WrongParameter => "No effect is missing: a base value is wrong.".into(),
+        Verdict::VariesBetweenSessions => "Something changes from session to session; one model cannot describe them all.".into(),
+        Verdict::RecordingDefect => "A recording is not what it says it is; settle that before any physics is blamed.".into(),
+        Verdict::Undecided => "These recordings cannot answer: fewer than two sound impacts are left.".into(),
+    }
+}
