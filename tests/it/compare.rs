@@ -283,7 +283,7 @@ fn driven(model: &Model) -> Session {
     let count = 2000_usize;
     let time_ns: Vec<i64> = (0..count as i64).map(|tick| tick * 1_000_000).collect();
     let pose = |z: f64| Pose { position_m: [0.0, 0.0, z], orientation_xyzw: [0.0, 0.0, 0.0, 1.0] };
-    let applied = (0..count).map(|tick| 40.0 * (tick as f64 * 0.01).sin()).collect();
+    let applied = (0..count).map(|tick| 40.0 * ((tick % 600) as f64 / 300.0 - 1.0)).collect();
     let mut session = Session {
         file: PathBuf::from("drive.csv"),
         sha256: String::new(),

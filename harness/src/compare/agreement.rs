@@ -43,7 +43,7 @@ mod tests {
     #[test]
     fn a_larger_and_later_sine_has_its_magnitude_and_phase() {
         // Whole periods: a phase of φ gives P = φ / π exactly.
-        let wave = |i: usize, late: f64| (i as f64 * 0.01 * core::f64::consts::TAU - late).sin();
+        let wave = |i: usize, late: f64| libm::sin(i as f64 * 0.01 * core::f64::consts::TAU - late);
         let pairs: Vec<(f64, f64)> = (0..300).map(|i| (wave(i, 0.0), 1.1 * wave(i, 0.2))).collect();
         let agreement = Agreement::of(&pairs).unwrap();
         assert!((agreement.magnitude_percent - 10.0).abs() < 1e-9, "{agreement:?}");
