@@ -62,12 +62,7 @@ pub fn compare(request: Request<'_>) -> Result<Comparison, Error> {
     let cases = compared.map(|session| Ok(without_prehistory(Case::of(session, model)?, model)));
     let cases: Vec<Case> = cases.collect::<Result<_, Error>>()?;
     check_cases(model, &cases)?;
-<<<<<<< HEAD
-    let mut all = cases.clone();
-    all.extend(at_rest.clone());
-=======
     let all: Vec<Case> = at_rest.iter().chain(&cases).cloned().collect();
->>>>>>> compare
     let noise = Noise::learn(&all, model);
     let known = noise_is_known(model, &noise)?;
     let mut inner = noise;
