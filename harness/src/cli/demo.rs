@@ -35,7 +35,9 @@ impl Arguments {
             Error::new(format!("cannot make the folder: {error}")).file(folder).help("name another one with -o FOLDER")
         })?;
         if fixtures::DEMO.is_empty() {
-            return Err(Error::new("the program holds no recordings").help("build it with the files of fixtures/sessions"));
+            return Err(
+                Error::new("the program holds no recordings").help("build it with the files of fixtures/sessions")
+            );
         }
         for recording in fixtures::DEMO {
             write_whole(&folder.join(recording.name), recording.bytes)?;

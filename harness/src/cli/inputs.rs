@@ -120,7 +120,8 @@ pub fn apart(learn: &[Session], test: &[Session]) -> Result<(), Error> {
 
 /// What a result was made from: program, model, recordings, each with its hash.
 pub fn provenance(model: &Path, sessions: &[&Session]) -> Result<Vec<(String, String)>, Error> {
-    let bytes = std::fs::read(model).map_err(|error| Error::new(format!("cannot read the model: {error}")).file(model))?;
+    let bytes =
+        std::fs::read(model).map_err(|error| Error::new(format!("cannot read the model: {error}")).file(model))?;
     let mut rows = vec![
         ("program".to_string(), format!("dockhil {}", env!("CARGO_PKG_VERSION"))),
         (format!("model {}", model.display()), format!("sha256 {}", crate::files::sha256_hex(&bytes))),

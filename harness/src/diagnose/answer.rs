@@ -153,6 +153,8 @@ pub struct Rank {
     pub held_out_gain: Option<f64>,
     /// In how many of them it gains.
     pub wins: usize,
+    /// How many were left out, each in turn.
+    pub of: usize,
     /// Whether it was added.
     pub accepted: bool,
 }

@@ -41,8 +41,8 @@ pub(super) fn diagnose(request: &Request<'_>) -> Result<Outcome, Error> {
     let used: Vec<Case> = prepared.used.iter().map(|&i| prepared.cases[i].clone()).collect();
     let mut problem = Problem::docking(request.model, used, prepared.noise);
     let start = start(request, &prepared.shared);
-    let (found, decoded) = search(request, &prepared, &mut problem, &start);
-    conclude(request, &prepared, &problem, &start, &found, decoded.as_ref())
+    let (found, decoded) = search(request, &mut problem, &start);
+    conclude(request, &prepared, &problem, &found, decoded.as_ref())
 }
 
 fn prepare<'a>(request: &Request<'a>) -> Result<Prepared<'a>, Error> {
@@ -56,10 +56,12 @@ fn prepare<'a>(request: &Request<'a>) -> Result<Prepared<'a>, Error> {
     };
     if !cases.iter().any(|case| touches(&case)) {
         let impact = cases.iter().position(Case::is_impact).unwrap_or(0);
-        let what = format!("there is no contact in any impact recording: the force never moves by more than {TOUCH_N} N");
-        return Err(Error::new(what).file(&sessions[impact].file).place("force along the axis of travel").help(
-            "check that the map names the right axis and unit, and that the probe reached the nozzle (z > 0)",
-        ));
+        let what =
+            format!("there is no contact in any impact recording: the force never moves by more than {TOUCH_N} N");
+        return Err(Error::new(what)
+            .file(&sessions[impact].file)
+            .place("force along the axis of travel")
+            .help("check that the map names the right axis and unit, and that the probe reached the nozzle (z > 0)"));
     }
     let delay = kind_at(request, "command-delay")?;
     let given = request.model.chosen(request.catalog);
@@ -87,7 +89,7 @@ fn start(request: &Request<'_>, shared: &Shared) -> Trial {
 }
 
 /// Searches; where the reported pose keeps a remainder, decodes losses or jitter and searches again.
-fn search(request: &Request<'_>, prepared: &Prepared<'_>, problem: &mut Problem, start: &Trial) -> (Found, Option<Decoded>) {
+fn search(request: &Request<'_>, problem: &mut Problem, start: &Trial) -> (Found, Option<Decoded>) {
     let excluded: Vec<&str> = RANDOM.iter().copied().chain([CLOCK]).collect();
     let run = |problem: &Problem, start: &Trial| {
         Search::new(problem, request.catalog, &excluded, request.rules, request.progress).run(start)
@@ -103,7 +105,6 @@ fn search(request: &Request<'_>, prepared: &Prepared<'_>, problem: &mut Problem,
     let Some(best) = best_decoding(request, problem, start, &found) else { return (found, None) };
     let runs = problem.runs.iter().zip(&best.schedules).map(|(run, schedule)| run.decoded(&problem.model, schedule));
     problem.runs = runs.collect();
-    let _ = prepared;
     let again = run(problem, start);
     (again, Some(best))
 }
@@ -130,7 +131,9 @@ fn best_decoding(request: &Request<'_>, problem: &Problem, start: &Trial, found:
             .map(|run| {
                 let case = &problem.runs[run].case;
                 let rms = score::rms(&case.measured_m.value, &predicted[run], &case.measured_m.known);
-                rms * rms * case.measured_m.value.len() as f64 / problem.noise.position_floor_m / problem.noise.position_floor_m
+                rms * rms * case.measured_m.value.len() as f64
+                    / problem.noise.position_floor_m
+                    / problem.noise.position_floor_m
             })
             .sum();
         for id in RANDOM {
@@ -139,7 +142,8 @@ fn best_decoding(request: &Request<'_>, problem: &Problem, start: &Trial, found:
             let Some(decoded) = decode(problem, kind, &predicted, delay_s, None) else { continue };
             let left = squares - decoded.gains.iter().sum::<f64>();
             let moving = decoded.gains.iter().filter(|gain| **gain > 0.0).count();
-            let counts = decoded.gains.iter().sum::<f64>() > request.rules.gain_certain && moving * 2 > problem.runs.len();
+            let counts =
+                decoded.gains.iter().sum::<f64>() > request.rules.gain_certain && moving * 2 > problem.runs.len();
             if counts && best.as_ref().is_none_or(|(other, _)| left < other - request.rules.gain_min) {
                 best = Some((left, decoded));
             }
@@ -152,7 +156,6 @@ fn conclude(
     request: &Request<'_>,
     prepared: &Prepared<'_>,
     problem: &Problem,
-    start: &Trial,
     found: &Found,
     decoded: Option<&Decoded>,
 ) -> Result<Outcome, Error> {
@@ -162,10 +165,11 @@ fn conclude(
     let nominal = Trial { base: Base::of(request.model), effects: fit.trial.effects[..given].to_vec() };
     let before = blocks_before(request, prepared, problem, &nominal);
     let after = quality::all_blocks(problem, &fit.trial, &fit.nuisances);
-    let base_parameters = verdict::base_parameters(request.model, found, problem.runs.len(), prepared.shared.mass_ratio);
-    let evidence = Evidence { problem, found, start, given, decoded, after: &after, base: &base_parameters };
+    let base_parameters = verdict::base_parameters(request.model, found, prepared.shared.mass_ratio);
+    let evidence = Evidence { problem, found, given, decoded, after: &after, base: &base_parameters };
     let verdict = verdict::decide(&evidence, &prepared.examined, &prepared.shared);
-    let tests: Vec<Case> = request.test.iter().map(|session| Case::of(session, request.model)).collect::<Result<_, _>>()?;
+    let tests: Vec<Case> =
+        request.test.iter().map(|session| Case::of(session, request.model)).collect::<Result<_, _>>()?;
     let mut known = fit.trial.effects.clone();
     known.extend(decoded.map(|decoded| decoded.chosen.clone()));
     let plain = score::problem(request.model, &tests, prepared.noise, &[]);
@@ -189,7 +193,14 @@ fn conclude(
     let diagnosis = Diagnosis {
         schema: 1,
         verdict,
-        sentences: verdict::sentences(verdict, &evidence, &prepared.examined, &prepared.shared, &prepared.sessions, &test),
+        sentences: verdict::sentences(
+            verdict,
+            &evidence,
+            &prepared.examined,
+            &prepared.shared,
+            &prepared.sessions,
+            &test,
+        ),
         groups: groups(&evidence, request),
         base_parameters,
         not_visible_below: not_visible(request, found),
@@ -209,7 +220,12 @@ fn conclude(
 }
 
 /// Residual blocks of the model as it was given, on links as they were declared.
-fn blocks_before(request: &Request<'_>, prepared: &Prepared<'_>, problem: &Problem, nominal: &Trial) -> Vec<Vec<Block>> {
+fn blocks_before(
+    request: &Request<'_>,
+    prepared: &Prepared<'_>,
+    problem: &Problem,
+    nominal: &Trial,
+) -> Vec<Vec<Block>> {
     let cases: Vec<Case> = prepared.used.iter().map(|&i| prepared.cases[i].clone()).collect();
     let plain = if problem.runs.iter().any(|run| run.schedule.is_some()) {
         Problem::docking(request.model, cases, prepared.noise)
@@ -268,8 +284,8 @@ fn groups(evidence: &Evidence<'_>, request: &Request<'_>) -> Vec<Group> {
         let values = chosen.kind.params.iter().enumerate().map(estimate).collect();
         groups.push(Group {
             parameters: BTreeMap::from([(id.clone(), values)]),
-            held_out_gain: found.worth.get(&id).copied().unwrap_or(f64::INFINITY).min(1e12),
-            reason: verdict::reason(chosen, request.catalog),
+            held_out_gain: found.worth.get(&id).copied().unwrap_or_else(|| worth_of_a_given(evidence, e)),
+            reason: verdict::reason(chosen),
             splitting_experiment: verdict::splitting(&effects, &alternatives, request.catalog),
             effects,
             alternatives,
@@ -285,12 +301,21 @@ fn groups(evidence: &Evidence<'_>, request: &Request<'_>) -> Vec<Group> {
             alternatives: vec![vec![kind.id.to_string()]],
             parameters: BTreeMap::from([(kind.id.to_string(), values.collect())]),
             held_out_gain: decoded.gains.iter().sum(),
-            reason: verdict::reason(&decoded.chosen, request.catalog),
+            reason: verdict::reason(&decoded.chosen),
             splitting_experiment: kind.experiment.to_string(),
         });
     }
     groups.sort_by(|a, b| b.held_out_gain.total_cmp(&a.held_out_gain));
     groups
+}
+
+/// What an effect is worth that was not searched but found exactly: by how much the fit is worse without it.
+fn worth_of_a_given(evidence: &Evidence<'_>, member: usize) -> f64 {
+    let fit = &evidence.found.best.fit;
+    let mut without = fit.trial.clone();
+    without.effects.remove(member);
+    let runs: Vec<usize> = (0..evidence.problem.runs.len()).collect();
+    super::fit::fit(evidence.problem, &without, &runs, Some(fit), &mut Scratch::default()).cost - fit.cost
 }
 
 fn not_visible(request: &Request<'_>, found: &Found) -> BTreeMap<String, BTreeMap<String, f64>> {
@@ -309,6 +334,7 @@ fn ranking(found: &Found) -> Vec<Rank> {
         gain: row.gain,
         held_out_gain: (!row.gains.is_empty()).then(|| row.gains.iter().sum()),
         wins: row.gains.iter().filter(|gain| **gain > 0.0).count(),
+        of: row.gains.len(),
         accepted: row.accepted,
     })
     .collect()
@@ -390,4 +416,3 @@ fn all_curves(
     }
     all
 }
-

@@ -110,7 +110,8 @@ pub(super) fn diagnose(request: &Request<'_>) -> Result<Outcome, Error> {
             misfit[0] = rms_of(&scaled, &found.base.fit.trial, &found.base.fit.nuisances);
         }
         rankings.extend(found.rankings.iter().cloned());
-        let added = found.best.fit.trial.effects.last().filter(|_| found.best.fit.trial.effects.len() > trial.effects.len());
+        let added =
+            found.best.fit.trial.effects.last().filter(|_| found.best.fit.trial.effects.len() > trial.effects.len());
         let Some(added) = added.map(|chosen| chosen.kind.id.to_string()) else {
             last = Some((scaled, found));
             break;
@@ -128,15 +129,21 @@ pub(super) fn diagnose(request: &Request<'_>) -> Result<Outcome, Error> {
         steps.push((format!("+ {added}"), trial.clone()));
         last = Some((scaled, found));
     }
-    let (scaled, found) = last.ok_or_else(|| Error::new("the search had no round").help("raise the number of effects"))?;
+    let (scaled, found) =
+        last.ok_or_else(|| Error::new("the search had no round").help("raise the number of effects"))?;
     let best: &Tried = &found.best;
     misfit[1] = rms_of(&scaled, &best.fit.trial, &best.fit.nuisances);
     let scored: Vec<(String, Vec<Errors>)> =
         steps.iter().map(|(label, trial)| (label.clone(), errors(model, &test, trial))).collect();
     let floor_m = misfit[1];
-    let ladder = score::ladder(&scored, Errors { force_n: 0.0, position_m: 0.0 }, test.iter().map(|case| case.name.clone()).collect());
+    let ladder = score::ladder(
+        &scored,
+        Errors { force_n: 0.0, position_m: 0.0 },
+        test.iter().map(|case| case.name.clone()).collect(),
+    );
     let ends = [scored.first(), scored.last()];
-    let [before, after] = ends.map(|end| score::together(end.iter().flat_map(|(_, errors)| errors.iter().map(|e| e.position_m))));
+    let [before, after] =
+        ends.map(|end| score::together(end.iter().flat_map(|(_, errors)| errors.iter().map(|e| e.position_m))));
     let score = TestScore { before, after, noise_floor: 0.0, unit: "m" };
     let groups = groups(request, best, given, &ties, &worth);
     let named: Vec<String> = groups.iter().map(|group| group.effects[0].clone()).collect();
@@ -144,12 +151,21 @@ pub(super) fn diagnose(request: &Request<'_>) -> Result<Outcome, Error> {
     let mut sentences = vec![if named.is_empty() {
         "No effect of the catalogue lowers the error on recordings that a fit has not seen.".to_string()
     } else {
-        format!("Missing is an effect of the type {}; it lowers the error on recordings that a fit has not seen.", named.join(" and "))
+        format!(
+            "Missing is an effect of the type {}; it lowers the error on recordings that a fit has not seen.",
+            named.join(" and ")
+        )
     }];
-    sentences.extend(rejected.iter().map(|id| {
-        format!("{id} improves blocks of the learning recording, but not the test recording: rejected.")
-    }));
-    sentences.push(format!("On the test recordings the position goes from {:.2} to {:.2} mm, free-running.", before * 1e3, after * 1e3));
+    sentences.extend(
+        rejected
+            .iter()
+            .map(|id| format!("{id} improves blocks of the learning recording, but not the test recording: rejected.")),
+    );
+    sentences.push(format!(
+        "On the test recordings the position goes from {:.2} to {:.2} mm, free-running.",
+        before * 1e3,
+        after * 1e3
+    ));
     sentences.push(format!("What is left on the learning recordings, {:.2} mm, is the model's own error, not noise: no floor is known for a drive.", floor_m * 1e3));
     let deviations = best.fit.deviations();
     let base = |knob: Knob, nominal: f64| {
@@ -172,7 +188,13 @@ pub(super) fn diagnose(request: &Request<'_>) -> Result<Outcome, Error> {
         misfit_before: misfit[0] / floor_m,
         misfit_after: 1.0,
         test: BTreeMap::from([("measured_z_m", score)]),
-        map: vec![Cell { phase: Phase::FreeFlight, channel: Channel::Position, before: misfit[0] / floor_m, after: 1.0, blocks: scaled.runs.len() }],
+        map: vec![Cell {
+            phase: Phase::FreeFlight,
+            channel: Channel::Position,
+            before: misfit[0] / floor_m,
+            after: 1.0,
+            blocks: scaled.runs.len(),
+        }],
         ranking: ranks(&rankings),
         noise: scaled.noise,
         scatter: [[0.0; 2]; 3],
@@ -203,7 +225,7 @@ fn groups(
         Group {
             parameters,
             held_out_gain: worth.get(&id).copied().unwrap_or(0.0),
-            reason: verdict::reason(chosen, request.catalog),
+            reason: verdict::reason(chosen),
             splitting_experiment: verdict::splitting(&effects, &alternatives, request.catalog),
             effects,
             alternatives,
@@ -220,6 +242,7 @@ fn ranks(rankings: &[Vec<super::search::Ranked>]) -> Vec<Rank> {
         gain: row.gain,
         held_out_gain: (!row.gains.is_empty()).then(|| row.gains.iter().sum()),
         wins: row.gains.iter().filter(|gain| **gain > 0.0).count(),
+        of: row.gains.len(),
         accepted: row.accepted,
     })
     .collect()

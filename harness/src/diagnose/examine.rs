@@ -42,13 +42,23 @@ const MISLABELLED: [(&str, usize, f64); 5] = [
 ];
 
 /// Examines recordings that are already on the clocks of the model.
-pub fn all(model: &Model, sessions: &[&Session], cases: &[Case], effects: &[Chosen], delay: &Chosen) -> (Vec<Examined>, Shared) {
+pub fn all(
+    model: &Model,
+    sessions: &[&Session],
+    cases: &[Case],
+    effects: &[Chosen],
+    delay: &Chosen,
+) -> (Vec<Examined>, Shared) {
     let found: Vec<Software> = cases.par_iter().map(|case| examine(model, case, effects, delay)).collect();
     let impacts: Vec<usize> = (0..cases.len()).filter(|&i| cases[i].is_impact()).collect();
     let clock_offset_s = most_common(impacts.iter().map(|&i| found[i].clock_offset_s));
     let mass_ratio = most_common(impacts.iter().map(|&i| found[i].mass_ratio));
     let unexplained: Vec<usize> = impacts.iter().copied().filter(|&i| !found[i].explained()).collect();
-    let convention = if unexplained.len() * 2 > impacts.len() { mislabelled(model, cases, &unexplained, effects, delay) } else { None };
+    let convention = if unexplained.len() * 2 > impacts.len() {
+        mislabelled(model, cases, &unexplained, effects, delay)
+    } else {
+        None
+    };
     let examined = sessions
         .iter()
         .zip(cases)
@@ -70,7 +80,9 @@ fn one(session: &Session, case: &Case, software: Software, clock_offset_s: f64, 
     if case.is_impact() && !software.closes() {
         if software.explained() && (software.clock_offset_s - clock_offset_s).abs() > 1e-6 {
             let apart_ms = (software.clock_offset_s - clock_offset_s) * 1e3;
-            defect = defect.or(Some(format!("its force stream is stamped {apart_ms:+.1} ms against the robot's, the others' is not")));
+            defect = defect.or(Some(format!(
+                "its force stream is stamped {apart_ms:+.1} ms against the robot's, the others' is not"
+            )));
         }
         if software.explained() && (software.mass_ratio - mass_ratio).abs() > 1e-5 {
             let what = format!(

@@ -17,6 +17,7 @@ pub mod problem;
 pub mod quality;
 pub mod random;
 pub mod refit;
+mod rules;
 pub mod score;
 pub mod search;
 pub mod software;
@@ -87,9 +88,8 @@ fn check(request: &Request<'_>) -> Result<(), Error> {
         Error::new("there is no recording to learn from").help("name at least one: --learn RECORDING.mcap …")
     })?;
     if request.test.is_empty() {
-        return Err(Error::new("there is no test recording").help(
-            "name at least one that is used for nothing else: --test RECORDING.mcap …",
-        ));
+        return Err(Error::new("there is no test recording")
+            .help("name at least one that is used for nothing else: --test RECORDING.mcap …"));
     }
     let wanted = match request.model.rig {
         RigKind::Docking => Kind::Impact,
@@ -97,9 +97,10 @@ fn check(request: &Request<'_>) -> Result<(), Error> {
     };
     if !request.learn.iter().any(|session| session.kind == wanted) {
         let what = format!("none of the {} learning recordings is of kind {}", request.learn.len(), wanted.id());
-        return Err(Error::new(what).file(&first.file).place(format!("kind {}", first.kind.id())).help(
-            "give recordings of that kind to --learn; recordings at rest and in free flight belong to --aux",
-        ));
+        return Err(Error::new(what)
+            .file(&first.file)
+            .place(format!("kind {}", first.kind.id()))
+            .help("give recordings of that kind to --learn; recordings at rest and in free flight belong to --aux"));
     }
     Ok(())
 }

@@ -156,7 +156,8 @@ fn with_declared(gamma: &[f64], samples: usize, model: &Model) -> Vec<f64> {
 /// Autocovariances over several stretches.
 fn autocovariance(stretches: &[Vec<f64>], lags: usize) -> Vec<f64> {
     let n = stretches.iter().map(Vec::len).sum::<usize>().max(1) as f64;
-    let product = |values: &Vec<f64>, lag: usize| values.iter().zip(values.iter().skip(lag)).map(|(a, b)| a * b).sum::<f64>();
+    let product =
+        |values: &Vec<f64>, lag: usize| values.iter().zip(values.iter().skip(lag)).map(|(a, b)| a * b).sum::<f64>();
     (0..=lags).map(|lag| stretches.iter().map(|values| product(values, lag)).sum::<f64>() / n).collect()
 }
 

@@ -228,6 +228,14 @@ impl Problem {
         }
     }
 
+    /// How many residuals a run has.
+    pub fn samples(&self, index: usize) -> usize {
+        match self.model.rig {
+            RigKind::Docking => self.force_count(index) + self.runs[index].span.len(),
+            RigKind::Drive => self.runs[index].span.len(),
+        }
+    }
+
     /// How many of the residuals of a run are force; the rest is position.
     pub fn force_count(&self, index: usize) -> usize {
         self.runs[index].case.sensed_n.value.len()
@@ -251,7 +259,13 @@ impl Problem {
     }
 
     /// Reading (offset included) and reported position that a trial predicts for a run, commands clamped.
-    pub fn predicted(&self, index: usize, trial: &Trial, nuisance: &Nuisance, scratch: &mut Scratch) -> (Vec<f64>, Vec<f64>) {
+    pub fn predicted(
+        &self,
+        index: usize,
+        trial: &Trial,
+        nuisance: &Nuisance,
+        scratch: &mut Scratch,
+    ) -> (Vec<f64>, Vec<f64>) {
         let run = &self.runs[index];
         let base = Base {
             stiffness_n_per_m: trial.base.stiffness_n_per_m * libm::exp(nuisance[1]),

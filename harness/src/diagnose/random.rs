@@ -79,14 +79,13 @@ fn losses(track: &Track<'_>, probability_in: f64, probability_out: f64) -> (Vec<
     for packet in 0..packets {
         let tick = packet + track.lag - usize::from(track.share > 0.0);
         let residual = track.residual_m.get(tick).copied().unwrap_or(f64::NAN);
-        let square = |behind_m: f64| if residual.is_nan() { 0.0 } else { (residual + behind_m) * (residual + behind_m) * weight };
+        let square = |behind_m: f64| {
+            if residual.is_nan() { 0.0 } else { (residual + behind_m) * (residual + behind_m) * weight }
+        };
         nothing += square(0.0);
         let mut next = vec![f64::INFINITY; HELD_MAX + 1];
         let mut back = [0; HELD_MAX + 1];
-        for held in 0..=HELD_MAX {
-            if !cost[held].is_finite() {
-                continue;
-            }
+        for (held, so_far) in cost.iter().enumerate().filter(|(_, so_far)| so_far.is_finite()) {
             for (to, price) in [(0, got(held)), (held + 1, lost(held))] {
                 if to > HELD_MAX || to > packet {
                     continue;
@@ -97,7 +96,7 @@ fn losses(track: &Track<'_>, probability_in: f64, probability_out: f64) -> (Vec<
                 } else {
                     behind(track, packet, to)
                 };
-                let total = cost[held] + price + square(expected);
+                let total = so_far + price + square(expected);
                 if total < next[to] {
                     next[to] = total;
                     back[to] = held;
@@ -118,7 +117,12 @@ fn losses(track: &Track<'_>, probability_in: f64, probability_out: f64) -> (Vec<
 }
 
 fn tracks<'a>(problem: &'a Problem, predicted: &[Vec<f64>], path_delay_s: f64) -> Vec<Track<'a>> {
-    problem.runs.iter().zip(predicted).map(|(run, predicted)| Track::new(problem, run, predicted, path_delay_s)).collect()
+    problem
+        .runs
+        .iter()
+        .zip(predicted)
+        .map(|(run, predicted)| Track::new(problem, run, predicted, path_delay_s))
+        .collect()
 }
 
 /// Decodes a random effect: `predicted` is the reported pose of each run by the deterministic part of the model, `path_delay_s`
@@ -223,7 +227,11 @@ fn late_commands(track: &Track<'_>, sigma_s: f64, period_s: f64) -> Schedule {
         let residual = track.residual_m.get(packet + track.lag).copied().unwrap_or(f64::NAN);
         let own = track.sigma_m * track.sigma_m;
         let spread = speed * speed * sigma_s * sigma_s;
-        let late_s = if residual.is_nan() || spread == 0.0 { 0.0 } else { -residual * speed * sigma_s * sigma_s / (own + spread) };
+        let late_s = if residual.is_nan() || spread == 0.0 {
+            0.0
+        } else {
+            -residual * speed * sigma_s * sigma_s / (own + spread)
+        };
         Received { motion: *motion, late_s, lost: false }
     };
     Schedule(commanded.iter().enumerate().map(of).collect())

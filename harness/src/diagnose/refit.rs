@@ -25,7 +25,12 @@ pub struct Refitted {
 const RANDOM: [&str; 2] = ["command-loss", "command-jitter"];
 
 /// Fits these effects of a model, and its base values, on recordings. The others keep their values.
-pub fn refit(model: &Model, catalog: &Catalog<Axis>, ids: &[String], sessions: &[Session]) -> Result<(Base, Vec<Refitted>), Error> {
+pub fn refit(
+    model: &Model,
+    catalog: &Catalog<Axis>,
+    ids: &[String],
+    sessions: &[Session],
+) -> Result<(Base, Vec<Refitted>), Error> {
     if let Some(id) = ids.iter().find(|id| RANDOM.contains(&id.as_str())) {
         let what = format!("{id} is random: it is decoded, not fitted");
         return Err(Error::new(what).help("find its parameters with: dockhil diagnose --write-model"));
@@ -43,7 +48,8 @@ pub fn refit(model: &Model, catalog: &Catalog<Axis>, ids: &[String], sessions: &
             let unit = Problem::drive(model, &cases, super::drive::BLOCKS, super::drive::noise(1.0));
             let runs: Vec<usize> = (0..unit.runs.len()).collect();
             let first = fit(&unit, &start, &runs, None, &mut scratch);
-            let left = runs.iter().flat_map(|&run| unit.residuals(run, &first.trial, &first.nuisances[run], &mut scratch));
+            let left =
+                runs.iter().flat_map(|&run| unit.residuals(run, &first.trial, &first.nuisances[run], &mut scratch));
             let rms_m = score::together(left.collect::<Vec<_>>().into_iter());
             let sigma_m = effective_sigma_m(rms_m, model.timing.loop_period_s);
             Problem::drive(model, &cases, super::drive::BLOCKS, super::drive::noise(sigma_m))
@@ -55,6 +61,7 @@ pub fn refit(model: &Model, catalog: &Catalog<Axis>, ids: &[String], sessions: &
         let sd = |p: usize| fitted.estimate(&Knob::Effect(e, p)).map_or(0.0, |(_, sd)| sd);
         Refitted { chosen: chosen.clone(), deviations: (0..chosen.values.len()).map(sd).collect() }
     };
-    let listed = fitted.trial.effects.iter().enumerate().filter(|(_, chosen)| ids.contains(&chosen.kind.id.to_string()));
+    let listed =
+        fitted.trial.effects.iter().enumerate().filter(|(_, chosen)| ids.contains(&chosen.kind.id.to_string()));
     Ok((fitted.trial.base, listed.map(of).collect()))
 }

@@ -45,7 +45,8 @@ pub fn problem(model: &Model, cases: &[Case], noise: Noise, found: &[Chosen]) ->
 
 /// Delay from a command to its report, by the model and its effects.
 pub fn path_delay_s(model: &Model, effects: &[Chosen]) -> f64 {
-    let extra = effects.iter().filter(|chosen| matches!(chosen.kind.id.as_ref(), "command-delay" | "measurement-delay"));
+    let extra =
+        effects.iter().filter(|chosen| matches!(chosen.kind.id.as_ref(), "command-delay" | "measurement-delay"));
     model.timing.command_delay_s + model.timing.measurement_delay_s + extra.map(|chosen| chosen.values[0]).sum::<f64>()
 }
 
@@ -128,8 +129,10 @@ pub fn ladder_of(
     let full = Trial { effects: model.chosen(catalog), ..base.clone() };
     let sessions = cases.iter().map(|case| case.name.clone()).collect();
     if model.rig == crate::model::RigKind::Drive {
-        let steps: Vec<(String, Vec<Errors>)> =
-            trials(&base, &full, 0).into_iter().map(|(label, trial)| (label, super::drive::errors(model, &cases, &trial))).collect();
+        let steps: Vec<(String, Vec<Errors>)> = trials(&base, &full, 0)
+            .into_iter()
+            .map(|(label, trial)| (label, super::drive::errors(model, &cases, &trial)))
+            .collect();
         return Ok(ladder(&steps, Errors { force_n: 0.0, position_m: 0.0 }, sessions));
     }
     let rest: Vec<Case> = aux.iter().chain(test).map(|session| Case::of(session, model)).collect::<Result<_, _>>()?;
@@ -143,7 +146,14 @@ pub fn ladder_of(
 }
 
 /// Signals of one run under two trials, for pictures.
-pub fn curves(problem: &Problem, run: usize, role: &'static str, before: &Trial, after: &Trial, own: [Nuisance; 2]) -> Curves {
+pub fn curves(
+    problem: &Problem,
+    run: usize,
+    role: &'static str,
+    before: &Trial,
+    after: &Trial,
+    own: [Nuisance; 2],
+) -> Curves {
     let here = &problem.runs[run];
     let case = &here.case;
     let mut scratch = Scratch::default();

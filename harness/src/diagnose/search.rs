@@ -6,48 +6,13 @@
 
 use super::fit::{Fit, Signature, fit, predictive, signature};
 use super::problem::{Knob, Problem, Scratch, Trial};
+pub use super::rules::Rules;
 use crate::model::{Chosen, RigKind};
 use rayon::prelude::*;
 use sim_core::effect::{Catalog, Kind, Where};
 use sim_core::space::Axis;
 use std::collections::BTreeMap;
-
-/// Rules of acceptance. They are fixed before any recording is looked at.
-#[derive(Debug, Clone, Copy)]
-pub struct Rules {
-    /// Most effects that are added.
-    pub effects_max: usize,
-    /// How many candidates are ranked by leaving recordings out.
-    pub finalists: usize,
-    /// Least total gain on left-out recordings; the library's size raises it to 2 ln(candidates).
-    pub gain_min: f64,
-    /// A total gain beyond doubt (5 σ), wherever it comes from, once no recording speaks against it.
-    pub gain_certain: f64,
-    /// Share of the gains that recordings may lose together: as long as a second effect is missing, the first one costs a little
-    /// where the second one is large.
-    pub loss_share: f64,
-    /// An effect that imitated an accepted one, by this share of its gain, is its shadow …
-    pub shadow_gain: f64,
-    /// … and is added beside it only if it is worth this share of it: otherwise only the exact form differs.
-    pub shadow_worth: f64,
-    /// A parameter is at least this many standard deviations away from doing nothing.
-    pub significance: f64,
-}
-
-impl Default for Rules {
-    fn default() -> Self {
-        Rules {
-            effects_max: 4,
-            finalists: 6,
-            gain_min: 6.0,
-            gain_certain: 25.0,
-            loss_share: 0.02,
-            shadow_gain: 0.5,
-            shadow_worth: 0.1,
-            significance: 2.0,
-        }
-    }
-}
+use std::sync::{Mutex, PoisonError};
 
 /// A set of effects, fitted and tried on left-out recordings.
 #[derive(Debug, Clone)]
@@ -130,7 +95,25 @@ pub struct Search<'a> {
     folds: Vec<Vec<usize>>,
     /// How many effects of the start are given: they are fitted, but never taken out.
     given: usize,
+    /// What was computed once: additions to a set, and sets that were tried.
+    done: Mutex<Done>,
     progress: &'a (dyn Fn(&str) + Sync),
+}
+
+/// Results that come up again when members are pruned, swapped and compared; the key is the set and the bits of its cost.
+#[derive(Default)]
+struct Done {
+    additions: BTreeMap<Key, Vec<(String, Fit)>>,
+    tried: BTreeMap<Key, Tried>,
+}
+
+/// A set of effects and the bits of its cost.
+type Key = (Vec<String>, u64);
+
+fn key(fit: &Fit) -> Key {
+    let mut ids: Vec<String> = fit.trial.effects.iter().map(|chosen| chosen.kind.id.to_string()).collect();
+    ids.sort();
+    (ids, fit.cost.to_bits())
 }
 
 impl<'a> Search<'a> {
@@ -150,7 +133,7 @@ impl<'a> Search<'a> {
         let kinds = catalog.kinds().iter().filter(takes_part).collect();
         let runs: Vec<usize> = (0..problem.runs.len()).collect();
         let folds = runs.iter().map(|&run| vec![run]).collect();
-        Search { problem, rules, kinds, runs, folds, given: 0, progress }
+        Search { problem, rules, kinds, runs, folds, given: 0, done: Mutex::default(), progress }
     }
 
     /// Leaves out these runs together.
@@ -175,8 +158,19 @@ impl<'a> Search<'a> {
 
     /// Leaves each recording out in turn.
     fn tried(&self, fit_all: Fit) -> Tried {
+        let key = key(&fit_all);
+        if let Some(tried) = self.remembered(|done| done.tried.get(&key).cloned()) {
+            return tried;
+        }
         let left_out: Vec<f64> = self.folds.par_iter().map(|left| self.fold(&fit_all, left)).collect();
-        Tried { fit: fit_all, left_out }
+        let tried = Tried { fit: fit_all, left_out };
+        self.remembered(|done| done.tried.insert(key, tried.clone()));
+        tried
+    }
+
+    fn remembered<T>(&self, with: impl FnOnce(&mut Done) -> T) -> T {
+        // A poisoned lock means that another thread has panicked: its panic is the one to report.
+        with(&mut self.done.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     fn fold(&self, fit_all: &Fit, left: &[usize]) -> f64 {
@@ -225,7 +219,9 @@ impl<'a> Search<'a> {
             if self.is_shadow(id, ranking[row].gain, before) {
                 continue;
             }
-            if finalists.len() < self.rules.finalists && ranking[row].gain > self.rules.gain_min / 2.0 {
+            // What the fit itself puts far behind cannot lead on left-out recordings, nor tie.
+            let near = ranking[row].gain > (self.rules.gain_min / 2.0).max(self.rules.near_share * ranking[0].gain);
+            if finalists.len() < self.rules.finalists && near {
                 finalists.push((row, self.tried(fit.clone())));
             }
         }
@@ -237,7 +233,7 @@ impl<'a> Search<'a> {
         let lead = finalists.first().map(|(_, tried)| tried.total());
         // Among those that tell the recordings equally well the one with fewer parameters goes first.
         let pick = lead.and_then(|lead| {
-            let near = finalists.iter().filter(|(_, tried)| tried.total() - lead <= self.rules.gain_min);
+            let near = finalists.iter().filter(|(_, tried)| tried.total() - lead <= self.rules.tie_max);
             near.min_by(|a, b| order(a).0.cmp(&order(b).0).then(order(a).1.total_cmp(&order(b).1)))
         });
         let mut next = None;
@@ -264,27 +260,31 @@ impl<'a> Search<'a> {
 
     /// Whether gains on left-out recordings are enough.
     fn accepts(&self, gains: &[f64], gain: f64, parameters: usize) -> bool {
-        let samples: usize = self.runs.iter().map(|&run| self.problem.runs[run].span.len()).sum();
+        let samples: usize = self.runs.iter().map(|&run| self.problem.samples(run)).sum();
         let (sum, z) = sum_and_z(gains);
         let better = gains.iter().filter(|gain| **gain > 0.0).count();
         let worst = gains.iter().copied().fold(f64::INFINITY, f64::min);
         let many = gains.len() >= 4 && better + 1 >= gains.len() && worst > -2.0;
         let losses: f64 = gains.iter().filter(|gain| **gain < 0.0).sum();
         let certain =
-            sum > self.rules.gain_certain && -losses < self.rules.gain_min + self.rules.loss_share * (sum - losses);
-        let enough = gain > parameters as f64 * libm::log(samples.max(2) as f64) / 2.0;
+            sum > self.rules.gain_certain && -losses < self.rules.tie_max + self.rules.loss_share * (sum - losses);
+        let enough = gain > self.threshold() && gain > parameters as f64 * libm::log(samples.max(2) as f64) / 2.0;
         sum > self.threshold() && (z > 2.0 || many || certain) && enough
     }
 
     /// Every effect that is not in the set, fitted on top of it from its most promising starts.
     fn additions(&self, current: &Tried) -> Vec<(String, Fit)> {
+        let key = key(&current.fit);
+        if let Some(fits) = self.remembered(|done| done.additions.get(&key).cloned()) {
+            return fits;
+        }
         let there = current.ids();
         let absent: Vec<&&Kind<Axis>> =
             self.kinds.iter().filter(|kind| !there.contains(&kind.id.to_string())).collect();
-        absent
-            .par_iter()
-            .filter_map(|kind| self.addition(&current.fit, kind).map(|fit| (kind.id.to_string(), fit)))
-            .collect()
+        let fit = |kind: &&&Kind<Axis>| self.addition(&current.fit, kind).map(|fit| (kind.id.to_string(), fit));
+        let fits: Vec<(String, Fit)> = absent.par_iter().filter_map(fit).collect();
+        self.remembered(|done| done.additions.insert(key, fits.clone()));
+        fits
     }
 
     fn addition(&self, current: &Fit, kind: &Kind<Axis>) -> Option<Fit> {
@@ -363,11 +363,11 @@ impl<'a> Search<'a> {
             for member in self.given..best.fit.trial.effects.len() - 1 {
                 let smaller = self.without(&best, member);
                 let mut fits = self.additions(&smaller);
-                fits.retain(|(_, fit)| fit.cost < best.fit.cost - self.rules.gain_min);
+                fits.retain(|(_, fit)| fit.cost < best.fit.cost - self.rules.tie_max);
                 fits.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
                 for (_, fit) in fits.into_iter().take(2) {
                     let tried = self.tried(fit);
-                    if tried.total() < better.as_ref().map_or(best.total(), Tried::total) - self.rules.gain_min {
+                    if tried.total() < better.as_ref().map_or(best.total(), Tried::total) - self.rules.tie_max {
                         better = Some(tried);
                     }
                 }
@@ -385,7 +385,8 @@ impl<'a> Search<'a> {
         let (mut ties, mut worth) = (BTreeMap::new(), BTreeMap::new());
         for member in self.given..best.fit.trial.effects.len() {
             let id = best.fit.trial.effects[member].kind.id.to_string();
-            let smaller = if best.fit.trial.effects.len() == self.given + 1 { base.clone() } else { self.without(best, member) };
+            let smaller =
+                if best.fit.trial.effects.len() == self.given + 1 { base.clone() } else { self.without(best, member) };
             worth.insert(id.clone(), smaller.total() - best.total());
             let mut fits = self.additions(&smaller);
             fits.retain(|(other, fit)| *other != id && fit.cost < best.fit.cost + 2.0 * self.rules.gain_certain);
@@ -419,7 +420,7 @@ impl<'a> Search<'a> {
                 continue;
             }
             trial.effects.extend(kinds.iter().map(|kind| Chosen { kind: (**kind).clone(), values: vec![size] }));
-            if self.fitted(&trial, Some(&best.fit)).cost - best.fit.cost <= self.rules.gain_min {
+            if self.fitted(&trial, Some(&best.fit)).cost - best.fit.cost <= self.rules.tie_max {
                 sets.insert(id.to_string(), vec![others.iter().map(|other| other.to_string()).collect()]);
             }
         }
@@ -430,7 +431,7 @@ impl<'a> Search<'a> {
     fn is_tie(&self, deficits: &[f64]) -> bool {
         let (sum, _) = sum_and_z(deficits);
         let error = deviation(deficits) * libm::sqrt(deficits.len() as f64);
-        sum <= self.rules.gain_min || (sum <= 2.0 * error && sum <= self.rules.gain_certain)
+        sum <= self.rules.tie_max || (sum <= 2.0 * error && sum <= self.rules.gain_certain)
     }
 
     /// How large each absent effect would have to be to gain 12 (3.5 σ) on these recordings.
@@ -456,20 +457,6 @@ impl<'a> Search<'a> {
         let size = (chosen.values[at] - param.off).abs();
         let least = size * libm::sqrt(VISIBLE_GAIN / self.signature(fit, &chosen).information);
         least.is_finite().then_some(least)
-    }
-
-    /// Whether every effect of a set is at least this far from doing nothing, in standard deviations.
-    pub fn significances(&self, fit: &Fit) -> Vec<(String, f64)> {
-        let deviations = fit.deviations();
-        let of = |e: usize| {
-            let kind = &fit.trial.effects[e].kind;
-            let size = kind.size();
-            let at = fit.knobs.iter().position(|knob| *knob == Knob::Effect(e, size));
-            let far =
-                at.map_or(0.0, |at| (fit.trial.get(&fit.knobs[at]) - kind.params[size].off).abs() / deviations[at]);
-            (kind.id.to_string(), far)
-        };
-        (0..fit.trial.effects.len()).map(of).collect()
     }
 }
 

@@ -163,14 +163,12 @@ pub fn examine(model: &Model, case: &Case, effects: &[Chosen], delay: &Chosen) -
     }
     let (shift, mut best) = best_shift(model, case, effects);
     let mut with = effects.to_vec();
-    if shows_pose(model) && best.0 > 1e-6 {
-        if let Some((delay_s, found)) = best_delay(model, case, effects, delay, shift) {
-            if found.0 < 0.5 * best.0 {
-                best = found;
-                with = with_delay(effects, delay, delay_s);
-                software.pose_delay_s = Some(delay_s);
-            }
-        }
+    let unbalanced = shows_pose(model) && best.0 > 1e-6;
+    let delayed = if unbalanced { best_delay(model, case, effects, delay, shift) } else { None };
+    if let Some((delay_s, found)) = delayed.filter(|(_, found)| found.0 < 0.5 * best.0) {
+        best = found;
+        with = with_delay(effects, delay, delay_s);
+        software.pose_delay_s = Some(delay_s);
     }
     // Shares of the mass and forces below these are rounding, not findings.
     let (ratio, bias_n) = (best.1, best.2 / 2.0);

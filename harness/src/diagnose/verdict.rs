@@ -3,7 +3,7 @@
 use super::answer::{BaseParameter, TestScore, Verdict};
 use super::examine::{Examined, Shared};
 use super::fit::Fit;
-use super::problem::{Knob, Problem, Trial};
+use super::problem::{Knob, Problem};
 use super::quality::{Block, Channel, Phase, average};
 use super::random::Decoded;
 use super::search::Found;
@@ -31,8 +31,6 @@ pub struct Evidence<'a> {
     pub problem: &'a Problem,
     /// What was found.
     pub found: &'a Found,
-    /// Where the search started.
-    pub start: &'a Trial,
     /// How many effects were in the model before.
     pub given: usize,
     /// A random effect, if one was decoded.
@@ -54,7 +52,8 @@ impl Evidence<'_> {
         let kinds: Vec<Kind> = self.problem.runs.iter().map(|run| run.case.kind).collect();
         let mut worst: Option<(String, f64)> = None;
         let mut look = |words: &str, chosen: &dyn Fn(usize, &Block) -> bool| {
-            let blocks = self.after.iter().enumerate().flat_map(|(run, blocks)| blocks.iter().map(move |block| (run, block)));
+            let blocks =
+                self.after.iter().enumerate().flat_map(|(run, blocks)| blocks.iter().map(move |block| (run, block)));
             let (q, n) = average(blocks.filter(|(run, block)| chosen(*run, block)).map(|(_, block)| block.chi2));
             let limit = Q_MAX.max(1.0 + Q_SIGMA * libm::sqrt(2.0 / n.max(1) as f64));
             if n > 0 && q > limit && worst.as_ref().is_none_or(|(_, other)| q > *other) {
@@ -63,7 +62,9 @@ impl Evidence<'_> {
         };
         for (channel, name) in [(Channel::Force, "force"), (Channel::Position, "reported pose")] {
             for phase in Phase::ALL {
-                look(&format!("the {name} in {}", phase.name()), &|_, block| block.channel == channel && block.phase == phase);
+                look(&format!("the {name} in {}", phase.name()), &|_, block| {
+                    block.channel == channel && block.phase == phase
+                });
             }
             look(&format!("the {name} in contact"), &|_, block| block.channel == channel && block.phase.in_contact());
             look(&format!("the {name}"), &|run, block| block.channel == channel && kinds[run] == Kind::Impact);
@@ -94,12 +95,14 @@ pub fn odd_runs(fit: &Fit, runs: usize) -> Vec<(usize, String)> {
     let mut odd = Vec::new();
     for run in 0..runs {
         for j in 0..3 {
-            let mut others: Vec<f64> = (0..runs).filter(|&other| other != run).map(|other| fit.nuisances[other][j]).collect();
+            let mut others: Vec<f64> =
+                (0..runs).filter(|&other| other != run).map(|other| fit.nuisances[other][j]).collect();
             others.sort_by(f64::total_cmp);
             let middle = others.get(others.len() / 2).copied().unwrap_or(0.0);
             let away = fit.nuisances[run][j] - middle;
             if away.abs() > ODD * declared[j] {
-                let size = if j == 0 { format!("{away:+.3} N") } else { format!("{:+.1} %", 100.0 * (libm::exp(away) - 1.0)) };
+                let size =
+                    if j == 0 { format!("{away:+.3} N") } else { format!("{:+.1} %", 100.0 * (libm::exp(away) - 1.0)) };
                 odd.push((run, format!("its {} differs from the others' by {size}", words[j])));
                 break;
             }
@@ -130,7 +133,7 @@ pub fn decide(evidence: &Evidence<'_>, examined: &[Examined], shared: &Shared) -
 }
 
 /// Base values: nominal, fitted, and whether they are wrong.
-pub fn base_parameters(model: &Model, found: &Found, runs: usize, mass_ratio: f64) -> BTreeMap<String, BaseParameter> {
+pub fn base_parameters(model: &Model, found: &Found, mass_ratio: f64) -> BTreeMap<String, BaseParameter> {
     let fit = &found.best.fit;
     let repeat = &model.repeatability;
     let rows = [
@@ -144,7 +147,6 @@ pub fn base_parameters(model: &Model, found: &Found, runs: usize, mass_ratio: f6
         let wrong = away > WRONG_SD * sd && away > WRONG_REPEATABILITY * ratio * nominal;
         all.insert(name.to_string(), BaseParameter { nominal, fitted, sd, wrong });
     }
-    let _ = runs;
     let nominal = model.plant.mass_kg;
     let wrong = (mass_ratio - 1.0).abs() > 1e-6;
     all.insert("reduced_mass_kg".into(), BaseParameter { nominal, fitted: nominal * mass_ratio, sd: 0.0, wrong });
@@ -152,8 +154,7 @@ pub fn base_parameters(model: &Model, found: &Found, runs: usize, mass_ratio: f6
 }
 
 /// Why an effect is named.
-pub fn reason(chosen: &Chosen, catalog: &Catalog<Axis>) -> String {
-    let _ = catalog;
+pub fn reason(chosen: &Chosen) -> String {
     format!("{}: {}", chosen.kind.about, chosen.kind.fingerprint)
 }
 
@@ -205,13 +206,22 @@ pub fn sentences(
 fn headline(verdict: Verdict, evidence: &Evidence<'_>) -> String {
     let names = evidence.names().join(" and ");
     match verdict {
-        Verdict::NothingMissing => "Nothing is missing that these recordings could show; the sizes that would have been seen are listed.".into(),
+        Verdict::NothingMissing => {
+            "Nothing is missing that these recordings could show; the sizes that would have been seen are listed."
+                .into()
+        }
         Verdict::Explained => format!("Missing is an effect of the type {names}; with it the model reaches the noise."),
-        Verdict::PartlyExplained => format!("Missing is an effect of the type {names}, and something else that no effect of the catalogue explains."),
+        Verdict::PartlyExplained => format!(
+            "Missing is an effect of the type {names}, and something else that no effect of the catalogue explains."
+        ),
         Verdict::NoneOfThese => "Something is missing, and no effect of the catalogue explains it.".into(),
         Verdict::WrongParameter => "No effect is missing: a base value is wrong.".into(),
-        Verdict::VariesBetweenSessions => "Something changes from session to session; one model cannot describe them all.".into(),
-        Verdict::RecordingDefect => "A recording is not what it says it is; settle that before any physics is blamed.".into(),
+        Verdict::VariesBetweenSessions => {
+            "Something changes from session to session; one model cannot describe them all.".into()
+        }
+        Verdict::RecordingDefect => {
+            "A recording is not what it says it is; settle that before any physics is blamed.".into()
+        }
         Verdict::Undecided => "These recordings cannot answer: fewer than two sound impacts are left.".into(),
     }
 }

@@ -133,7 +133,8 @@ fn grid(head: Vec<String>, rows: Vec<Vec<String>>, align_right: &[bool], width: 
 /// Widths of the columns whose sum is at most `room`, none below its longest word.
 fn column_widths(all: &[Vec<String>], count: usize, room: usize) -> Option<Vec<usize>> {
     let cells = |column: usize| all.iter().filter_map(move |row| row.get(column));
-    let longest_word = |cell: &String| cell.split_ascii_whitespace().map(|word| word.chars().count()).max().unwrap_or(0);
+    let longest_word =
+        |cell: &String| cell.split_ascii_whitespace().map(|word| word.chars().count()).max().unwrap_or(0);
     let least: Vec<usize> =
         (0..count).map(|column| cells(column).map(longest_word).max().unwrap_or(0).min(WORD_MAX)).collect();
     let mut widths: Vec<usize> =

@@ -84,7 +84,7 @@ fn gain(gain: f64) -> String {
 fn wins(answer: &Diagnosis, group: &Group) -> String {
     let accepted = |rank: &&Rank| rank.accepted && group.effects.first() == Some(&rank.effect);
     let rank = answer.ranking.iter().find(accepted);
-    rank.map_or_else(|| "–".to_owned(), |rank| format!("{} of {}", rank.wins, learning_count(answer)))
+    rank.map_or_else(|| "–".to_owned(), |rank| format!("{} of {}", rank.wins, rank.of))
 }
 
 fn ties(answer: &Diagnosis) -> Option<Table> {
@@ -104,11 +104,10 @@ fn rankings(answer: &Diagnosis) -> Vec<Table> {
     for rank in &answer.ranking {
         steps.entry(rank.step).or_default().push(rank);
     }
-    let count = learning_count(answer);
-    steps.into_iter().filter_map(|(step, ranks)| ranking(step, ranks, count)).collect()
+    steps.into_iter().filter_map(|(step, ranks)| ranking(step, ranks)).collect()
 }
 
-fn ranking(step: usize, mut ranks: Vec<&Rank>, recordings: usize) -> Option<Table> {
+fn ranking(step: usize, mut ranks: Vec<&Rank>) -> Option<Table> {
     ranks.sort_by(|a, b| b.accepted.cmp(&a.accepted).then(b.gain.total_cmp(&a.gain)));
     let left = ranks.len().saturating_sub(RANKS_MAX);
     let rows = ranks.iter().take(RANKS_MAX).map(|rank| {
@@ -116,7 +115,7 @@ fn ranking(step: usize, mut ranks: Vec<&Rank>, recordings: usize) -> Option<Tabl
             rank.effect.clone(),
             gain(rank.gain),
             rank.held_out_gain.map_or_else(|| "–".to_owned(), gain),
-            rank.held_out_gain.map_or_else(|| "–".to_owned(), |_| format!("{} of {recordings}", rank.wins)),
+            rank.held_out_gain.map_or_else(|| "–".to_owned(), |_| format!("{} of {}", rank.wins, rank.of)),
             if rank.accepted { "added" } else { "not added" }.to_owned(),
         ];
         row(rank.accepted.then_some(Tone::Good), cells)
