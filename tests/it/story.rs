@@ -221,6 +221,7 @@ fn answer(verdict: Verdict) -> Diagnosis {
             force_floor_n: FORCE_SIGMA_N,
             position_floor_m: POSITION_SIGMA_M,
             learned: true,
+            excess: 0.0,
         },
         scatter: [[0.03, 0.012], [0.01, 0.008], [0.03, 0.026]],
     }

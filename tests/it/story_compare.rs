@@ -163,6 +163,7 @@ fn result(verdict: CompareVerdict) -> Comparison {
             force_floor_n: FORCE_SIGMA_N,
             position_floor_m: POSITION_SIGMA_M,
             learned: true,
+            excess: 0.0,
         },
         verdict,
         sessions: vec![session("impact-07.mcap", 3), session("impact-08.mcap", 4)],

@@ -7,7 +7,7 @@ use super::problem::{Knob, Nuisance, Problem, Scratch, Trial};
 use super::quality::{self, Block, Channel, Phase};
 use super::random::{Decoded, decode};
 use super::score::{self, Errors};
-use super::search::{Found, Search};
+use super::search::{Found, Rules, Search};
 use super::verdict::{self, Evidence};
 use super::{Outcome, Request};
 use crate::blocks::Base;
@@ -41,7 +41,7 @@ pub(super) fn diagnose(request: &Request<'_>) -> Result<Outcome, Error> {
     let used: Vec<Case> = prepared.used.iter().map(|&i| prepared.cases[i].clone()).collect();
     let mut problem = Problem::docking(request.model, used, prepared.noise);
     let start = start(request, &prepared.shared);
-    let (found, decoded) = search(request, &mut problem, &start);
+    let (found, decoded) = search(request, prepared.shared.convention.is_some(), &mut problem, &start);
     conclude(request, &prepared, &problem, &found, decoded.as_ref())
 }
 
@@ -50,11 +50,13 @@ fn prepare<'a>(request: &Request<'a>) -> Result<Prepared<'a>, Error> {
     let sessions: Vec<&Session> = request.learn.iter().chain(request.aux).collect();
     let roles = (0..sessions.len()).map(|i| if i < request.learn.len() { "learn" } else { "aux" }).collect();
     let cases: Vec<Case> = sessions.iter().map(|session| Case::of(session, request.model)).collect::<Result<_, _>>()?;
-    let touches = |case: &&Case| {
-        let quiet = case.sensed_n.value[..20].iter().sum::<f64>() / 20.0;
-        case.is_impact() && case.sensed_n.known_values().any(|reading_n| (reading_n - quiet).abs() > TOUCH_N)
+    // Along any axis: a stream whose axes are exchanged is a finding, not an error.
+    let touches = |channel: &crate::case::Channel| {
+        let quiet = channel.value.iter().take(20).sum::<f64>() / channel.value.len().clamp(1, 20) as f64;
+        channel.known_values().any(|reading_n| (reading_n - quiet).abs() > TOUCH_N)
     };
-    if !cases.iter().any(|case| touches(&case)) {
+    let impacts = || cases.iter().filter(|case| case.is_impact());
+    if !impacts().any(|case| touches(&case.sensed_n) || case.across_n.iter().any(touches)) {
         let impact = cases.iter().position(Case::is_impact).unwrap_or(0);
         let what =
             format!("there is no contact in any impact recording: the force never moves by more than {TOUCH_N} N");
@@ -89,10 +91,12 @@ fn start(request: &Request<'_>, shared: &Shared) -> Trial {
 }
 
 /// Searches; where the reported pose keeps a remainder, decodes losses or jitter and searches again.
-fn search(request: &Request<'_>, problem: &mut Problem, start: &Trial) -> (Found, Option<Decoded>) {
+fn search(request: &Request<'_>, mislabelled: bool, problem: &mut Problem, start: &Trial) -> (Found, Option<Decoded>) {
     let excluded: Vec<&str> = RANDOM.iter().copied().chain([CLOCK]).collect();
+    // A stream that carries something else than it says proves nothing about any effect.
+    let rules = Rules { effects_max: if mislabelled { 0 } else { request.rules.effects_max }, ..request.rules };
     let run = |problem: &Problem, start: &Trial| {
-        Search::new(problem, request.catalog, &excluded, request.rules, request.progress).run(start)
+        Search::new(problem, request.catalog, &excluded, rules, request.progress).run(start)
     };
     let found = run(problem, start);
     let blocks = quality::all_blocks(problem, &found.best.fit.trial, &found.best.fit.nuisances);
@@ -342,7 +346,7 @@ fn ranking(found: &Found) -> Vec<Rank> {
 
 fn session_notes(request: &Request<'_>, prepared: &Prepared<'_>, found: &Found, tests: &[Case]) -> Vec<SessionNote> {
     let fit = &found.best.fit;
-    let odd = verdict::odd_runs(fit, prepared.used.len());
+    let odd = verdict::odd_runs(fit, prepared.used.len(), if found.worth.is_empty() { 3 } else { 2 });
     let mut notes: Vec<SessionNote> = Vec::new();
     for (i, session) in prepared.sessions.iter().enumerate() {
         let run = prepared.used.iter().position(|&used| used == i);

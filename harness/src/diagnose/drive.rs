@@ -34,6 +34,7 @@ pub(super) fn noise(sigma_m: f64) -> Noise {
         force_floor_n: 0.0,
         position_floor_m: sigma_m,
         learned: false,
+        excess: 0.0,
     }
 }
 

@@ -51,8 +51,10 @@ pub fn all(
 ) -> (Vec<Examined>, Shared) {
     let found: Vec<Software> = cases.par_iter().map(|case| examine(model, case, effects, delay)).collect();
     let impacts: Vec<usize> = (0..cases.len()).filter(|&i| cases[i].is_impact()).collect();
-    let clock_offset_s = most_common(impacts.iter().map(|&i| found[i].clock_offset_s));
-    let mass_ratio = most_common(impacts.iter().map(|&i| found[i].mass_ratio));
+    // Only what closes the block is an answer; a value that merely balances it better is not.
+    let sure = || impacts.iter().filter(|&&i| found[i].explained());
+    let clock_offset_s = most_common(sure().map(|&i| found[i].clock_offset_s), 0.0);
+    let mass_ratio = most_common(sure().map(|&i| found[i].mass_ratio), 1.0);
     let unexplained: Vec<usize> = impacts.iter().copied().filter(|&i| !found[i].explained()).collect();
     let convention = if unexplained.len() * 2 > impacts.len() {
         mislabelled(model, cases, &unexplained, effects, delay)
@@ -100,7 +102,7 @@ fn one(session: &Session, case: &Case, software: Software, clock_offset_s: f64, 
 /// What the software block found, in a sentence.
 pub fn words(software: &Software, case: &Case) -> String {
     let mut causes = Vec::new();
-    if software.clock_offset_s != 0.0 {
+    if software.clock_offset_s != 0.0 && software.explained() {
         causes.push(format!("the force's stamps are {:+.1} ms late", software.clock_offset_s * 1e3));
     }
     if (software.mass_ratio - 1.0).abs() > 1e-6 {
@@ -120,10 +122,10 @@ pub fn words(software: &Software, case: &Case) -> String {
 }
 
 /// The value that most of them share, to rounding; the first of the most frequent.
-fn most_common(values: impl Iterator<Item = f64>) -> f64 {
+fn most_common(values: impl Iterator<Item = f64>, otherwise: f64) -> f64 {
     let values: Vec<f64> = values.collect();
     let votes = |value: f64| values.iter().filter(|other| (*other - value).abs() <= 1e-6 * (1.0 + value.abs())).count();
-    let mut best = (0, values.first().copied().unwrap_or(0.0));
+    let mut best = (0, values.first().copied().unwrap_or(otherwise));
     for &value in &values {
         if votes(value) > best.0 {
             best = (votes(value), value);

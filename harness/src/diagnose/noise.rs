@@ -24,6 +24,8 @@ pub struct Noise {
     pub position_floor_m: f64,
     /// Whether a static recording was there; otherwise the model's declared noise holds.
     pub learned: bool,
+    /// Scatter at rest over the declared one, where that is so large that it is a finding and no noise; else 0.
+    pub excess: f64,
 }
 
 /// Lags that the autocovariance is fitted on: 60 ms, three times the memory of the slow part.
@@ -32,6 +34,8 @@ const LAGS: usize = 60;
 const DECLARED_MEMORY: f64 = 0.95;
 /// How many samples the declared noise is worth: ten seconds.
 const DECLARED_SAMPLES: f64 = 10_000.0;
+/// Scatter at rest above this multiple of the declared one is a finding: four seconds know it to a few per cent.
+const EXCESS_MAX: f64 = 1.2;
 /// Distance from the nominal plane beyond which nothing touches, in the reported pose.
 const FAR_M: f64 = 0.0015;
 /// Time by which a slow sensor has settled, and by which the reported pose is late at most.
@@ -63,6 +67,12 @@ impl Noise {
         let slow = slow.clamp(0.0, 0.95 * gamma[0]);
         let position = [detrended(&rest.measured_m)];
         let position_sigma_m = libm::sqrt(autocovariance(&position, 0)[0]).max(model.readout.position_sigma_m * 0.1);
+        let declared = Noise::declared(model);
+        let excess = if declared.force_floor_n > 0.0 { force_floor_n / declared.force_floor_n } else { 0.0 };
+        if excess > EXCESS_MAX {
+            // A hum at rest is no noise: whitened by itself it would vanish from every residual.
+            return Noise { force_floor_n, position_floor_m: position_sigma_m, learned: true, excess, ..declared };
+        }
         Noise { force_floor_n, ..Noise::of(gamma[0] - slow, slow, memory, position_sigma_m, true) }
     }
 
@@ -85,6 +95,7 @@ impl Noise {
             force_floor_n: libm::sqrt(white + slow),
             position_floor_m,
             learned,
+            excess: 0.0,
         }
     }
 

@@ -5,7 +5,7 @@
 //! recording s rises. After each addition members are pruned and swapped, since the first pick may have imitated two others.
 
 use super::fit::{Fit, Signature, fit, predictive, signature};
-use super::problem::{Knob, Problem, Scratch, Trial};
+use super::problem::{Problem, Scratch, Trial};
 pub use super::rules::Rules;
 use crate::model::{Chosen, RigKind};
 use rayon::prelude::*;
@@ -26,9 +26,7 @@ pub struct Tried {
 impl Tried {
     /// Ids of the effects, sorted.
     pub fn ids(&self) -> Vec<String> {
-        let mut ids: Vec<String> = self.fit.trial.effects.iter().map(|chosen| chosen.kind.id.to_string()).collect();
-        ids.sort();
-        ids
+        key(&self.fit.trial)
     }
 
     /// Sum over left-out recordings.
@@ -100,20 +98,20 @@ pub struct Search<'a> {
     progress: &'a (dyn Fn(&str) + Sync),
 }
 
-/// Results that come up again when members are pruned, swapped and compared; the key is the set and the bits of its cost.
+/// Results that come up again when members are pruned, swapped and compared: a set is fitted and tried once.
 #[derive(Default)]
 struct Done {
     additions: BTreeMap<Key, Vec<(String, Fit)>>,
     tried: BTreeMap<Key, Tried>,
 }
 
-/// A set of effects and the bits of its cost.
-type Key = (Vec<String>, u64);
+/// The ids of a set, sorted.
+type Key = Vec<String>;
 
-fn key(fit: &Fit) -> Key {
-    let mut ids: Vec<String> = fit.trial.effects.iter().map(|chosen| chosen.kind.id.to_string()).collect();
+fn key(trial: &Trial) -> Key {
+    let mut ids: Vec<String> = trial.effects.iter().map(|chosen| chosen.kind.id.to_string()).collect();
     ids.sort();
-    (ids, fit.cost.to_bits())
+    ids
 }
 
 impl<'a> Search<'a> {
@@ -158,7 +156,7 @@ impl<'a> Search<'a> {
 
     /// Leaves each recording out in turn.
     fn tried(&self, fit_all: Fit) -> Tried {
-        let key = key(&fit_all);
+        let key = key(&fit_all.trial);
         if let Some(tried) = self.remembered(|done| done.tried.get(&key).cloned()) {
             return tried;
         }
@@ -274,7 +272,7 @@ impl<'a> Search<'a> {
 
     /// Every effect that is not in the set, fitted on top of it from its most promising starts.
     fn additions(&self, current: &Tried) -> Vec<(String, Fit)> {
-        let key = key(&current.fit);
+        let key = key(&current.fit.trial);
         if let Some(fits) = self.remembered(|done| done.additions.get(&key).cloned()) {
             return fits;
         }
@@ -350,7 +348,8 @@ impl<'a> Search<'a> {
     fn without(&self, best: &Tried, member: usize) -> Tried {
         let mut trial = best.fit.trial.clone();
         trial.effects.remove(member);
-        self.tried(self.fitted(&trial, Some(&best.fit)))
+        let known = self.remembered(|done| done.tried.get(&key(&trial)).cloned());
+        known.unwrap_or_else(|| self.tried(self.fitted(&trial, Some(&best.fit))))
     }
 
     /// Replaces members by others while the left-out recordings gain from it.

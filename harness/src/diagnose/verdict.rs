@@ -82,19 +82,21 @@ impl Evidence<'_> {
                 .fold((0.0, 0.0), |(sum, n), run| (sum + fit.nuisances[run][j] * fit.nuisances[run][j], n + 1.0));
             if n > 0.0 { libm::sqrt(sum / n) / self.problem.declared[j] } else { 0.0 }
         };
-        let worst = (0..3).map(|j| (names[j], ratio(j))).max_by(|a, b| a.1.total_cmp(&b.1))?;
-        let odd = odd_runs(fit, self.problem.runs.len()).first().map(|(_, _)| worst);
+        // The damping of single runs takes what the form of a found effect leaves: it is a change only where nothing was found.
+        let counted = if self.names().is_empty() { 3 } else { 2 };
+        let worst = (0..counted).map(|j| (names[j], ratio(j))).max_by(|a, b| a.1.total_cmp(&b.1))?;
+        let odd = odd_runs(fit, self.problem.runs.len(), counted).first().map(|(_, _)| worst);
         if worst.1 > SCATTER_MAX { Some(worst) } else { odd }
     }
 }
 
-/// Runs that differ from the others by more than the declared repeatability allows, and why.
-pub fn odd_runs(fit: &Fit, runs: usize) -> Vec<(usize, String)> {
+/// Runs that differ from the others by more than the declared repeatability allows, and why; `counted` nuisances are looked at.
+pub fn odd_runs(fit: &Fit, runs: usize, counted: usize) -> Vec<(usize, String)> {
     let declared = fit.declared;
     let words = ["force offset", "stiffness", "damping"];
     let mut odd = Vec::new();
     for run in 0..runs {
-        for j in 0..3 {
+        for j in 0..counted {
             let mut others: Vec<f64> =
                 (0..runs).filter(|&other| other != run).map(|other| fit.nuisances[other][j]).collect();
             others.sort_by(f64::total_cmp);
@@ -183,6 +185,13 @@ pub fn sentences(
     for (one, session) in examined.iter().zip(sessions) {
         let name = session.file.file_name().unwrap_or_default().to_string_lossy();
         out.extend(one.defect.iter().map(|defect| format!("{name} is left out: {defect}.")));
+    }
+    let noise = &evidence.problem.noise;
+    if noise.excess > 0.0 {
+        out.push(format!(
+            "At rest the force scatters {:.2} times as much as declared: the declared noise was used.",
+            noise.excess
+        ));
     }
     if let Some((what, ratio)) = evidence.varies() {
         out.push(format!("The {what} changes between sessions by {ratio:.1} times the declared repeatability."));

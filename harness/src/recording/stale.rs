@@ -12,6 +12,8 @@ const REPEATS_MAX: usize = 10;
 const TURNS_MIN: f64 = 0.3;
 /// Share of samples outside long runs that differ from the one before, in a noisy channel.
 const CHANGES_MIN: f64 = 0.9;
+/// Travel of the command during which a reported pose cannot stand still: far above the rounding of any log.
+const TRAVEL_M: f64 = 2e-4;
 /// Samples that the judgement needs.
 const SAMPLES_MIN: usize = 30;
 
@@ -30,7 +32,7 @@ pub(super) fn sensed(topic: &str, series: &Series<Wrench>, report: &mut Report) 
             "a sensor has noise: it is switched off, stuck or simulated without noise",
         );
     }
-    runs(topic, series, parts, report);
+    runs(topic, series, parts, |_, _| false, report);
 }
 
 pub(super) fn measured(topic: &str, series: &Series<Pose>, commanded: Option<&Series<Pose>>, report: &mut Report) {
@@ -45,7 +47,22 @@ pub(super) fn measured(topic: &str, series: &Series<Pose>, commanded: Option<&Se
         );
         report.lower(Grade::D);
     }
-    runs(topic, series, pose_parts, report);
+    // A moving channel has too little noise to turn back, but it cannot stand still while the command goes on.
+    let moved =
+        |from_ns: i64, to_ns: i64| commanded.is_some_and(|commanded| travel_m(commanded, from_ns, to_ns) > TRAVEL_M);
+    runs(topic, series, pose_parts, moved, report);
+}
+
+/// How far a pose travels between two times.
+fn travel_m(series: &Series<Pose>, from_ns: i64, to_ns: i64) -> f64 {
+    let at = |time_ns: i64| {
+        let index = series.time_ns.partition_point(|other| *other < time_ns).min(series.value.len().saturating_sub(1));
+        series.value.get(index).map(|pose| pose.position_m)
+    };
+    match (at(from_ns), at(to_ns)) {
+        (Some(from), Some(to)) => libm::sqrt(from.iter().zip(to).map(|(a, b)| (a - b) * (a - b)).sum()),
+        _ => 0.0,
+    }
 }
 
 fn pose_parts(pose: &Pose) -> [f64; 7] {
@@ -65,7 +82,13 @@ fn same(a: &[f64; 7], b: &[f64; 7]) -> bool {
     a.map(f64::to_bits) == b.map(f64::to_bits)
 }
 
-fn runs<T>(topic: &str, series: &Series<T>, parts: impl Fn(&T) -> [f64; 7], report: &mut Report) {
+fn runs<T>(
+    topic: &str,
+    series: &Series<T>,
+    parts: impl Fn(&T) -> [f64; 7],
+    moved: impl Fn(i64, i64) -> bool,
+    report: &mut Report,
+) {
     if series.value.len() < SAMPLES_MIN {
         return;
     }
@@ -81,11 +104,12 @@ fn runs<T>(topic: &str, series: &Series<T>, parts: impl Fn(&T) -> [f64; 7], repo
         }
         start = i;
     }
-    if long.is_empty() || !is_noisy(&values, &long) {
-        return;
-    }
+    let noisy = is_noisy(&values, &long);
     for (first, length) in long {
         let at_ns = series.time_ns[first];
+        if !noisy && !moved(at_ns, series.time_ns[first + length - 1]) {
+            continue;
+        }
         let span_ms = (series.time_ns[first + length - 1] - at_ns) as f64 * 1e-6;
         let what = format!(
             "{length} identical samples in a row ({span_ms:.3} ms), at most {REPEATS_MAX} are explained by noise"
