@@ -169,7 +169,10 @@ fn conclude(
     let nominal = Trial { base: Base::of(request.model), effects: fit.trial.effects[..given].to_vec() };
     let before = blocks_before(request, prepared, problem, &nominal);
     let after = quality::all_blocks(problem, &fit.trial, &fit.nuisances);
-    let base_parameters = verdict::base_parameters(request.model, found, prepared.shared.mass_ratio);
+    let mut base_parameters = verdict::base_parameters(request.model, found, prepared.shared.mass_ratio);
+    if prepared.shared.convention.is_some() {
+        base_parameters.values_mut().for_each(|base| base.wrong = false);
+    }
     let evidence = Evidence { problem, found, given, decoded, after: &after, base: &base_parameters };
     let verdict = verdict::decide(&evidence, &prepared.examined, &prepared.shared);
     let tests: Vec<Case> =

@@ -69,9 +69,17 @@ struct Normal {
     own_gradient: DVector<f64>,
 }
 
-/// Fits the knobs of `start` on `runs`, from these nuisances on.
+/// Fits the knobs of `start` on `runs`, from the nuisances of `warm` on.
 pub fn fit(problem: &Problem, start: &Trial, runs: &[usize], warm: Option<&Fit>, scratch: &mut Scratch) -> Fit {
-    let mut fit = begin(problem, start, warm);
+    minimise(problem, begin(problem, start, warm), runs, scratch)
+}
+
+/// Fits the same knobs again on fewer runs.
+pub fn fit_without(problem: &Problem, from: &Fit, runs: &[usize], scratch: &mut Scratch) -> Fit {
+    minimise(problem, from.clone(), runs, scratch)
+}
+
+fn minimise(problem: &Problem, mut fit: Fit, runs: &[usize], scratch: &mut Scratch) -> Fit {
     let mut residuals = all_residuals(problem, &fit, runs, scratch);
     let mut normals = linearise(problem, &fit, runs, &residuals, scratch);
     fit.cost = cost(problem, &fit, runs, &residuals, &normals);

@@ -4,7 +4,7 @@
 //! of them ranked by leaving one recording out at a time: `d_s` is by how much twice the log predictive density of the left-out
 //! recording s rises. After each addition members are pruned and swapped, since the first pick may have imitated two others.
 
-use super::fit::{Fit, Signature, fit, predictive, signature};
+use super::fit::{Fit, Signature, fit, fit_without, predictive, signature};
 use super::problem::{Problem, Scratch, Trial};
 pub use super::rules::Rules;
 use crate::model::{Chosen, RigKind};
@@ -174,7 +174,7 @@ impl<'a> Search<'a> {
     fn fold(&self, fit_all: &Fit, left: &[usize]) -> f64 {
         let others: Vec<usize> = self.runs.iter().copied().filter(|run| !left.contains(run)).collect();
         let mut scratch = Scratch::default();
-        let without = fit(self.problem, &fit_all.trial, &others, Some(fit_all), &mut scratch);
+        let without = fit_without(self.problem, fit_all, &others, &mut scratch);
         predictive(fit_all, &without)
     }
 

@@ -120,7 +120,8 @@ pub fn decide(evidence: &Evidence<'_>, examined: &[Examined], shared: &Shared) -
         Verdict::RecordingDefect
     } else if impacts < 2 {
         Verdict::Undecided
-    } else if evidence.varies().is_some() {
+    } else if evidence.varies().is_some() && evidence.remainder().is_none() {
+        // Scatter that leaves a rest behind is no change from session to session: it is what the model lacks.
         Verdict::VariesBetweenSessions
     } else {
         let base_wrong = evidence.base.values().any(|base| base.wrong);
@@ -193,7 +194,7 @@ pub fn sentences(
             noise.excess
         ));
     }
-    if let Some((what, ratio)) = evidence.varies() {
+    if let Some((what, ratio)) = evidence.varies().filter(|_| evidence.remainder().is_none()) {
         out.push(format!("The {what} changes between sessions by {ratio:.1} times the declared repeatability."));
     }
     if let Some((place, q)) = evidence.remainder() {
