@@ -4,6 +4,7 @@
 
 pub mod blocks;
 pub mod case;
+pub mod clamp;
 pub mod cli;
 pub mod compare;
 pub mod diagnose;

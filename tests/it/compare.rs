@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use harness::case::Case;
+use harness::clamp::Clamp;
 use harness::compare::{
     CompareVerdict, Comparison, FreeRun, Limit, Outcome, Quantity, Request, SessionComparison, Verdict, compare,
     exit_code,
@@ -31,7 +32,14 @@ const FILES: [&str; 5] = ["static.mcap", "excite.mcap", "test_07.mcap", "test_08
 
 fn against(model: &Model, sessions: &[Session], limits: &[Limit], samples: usize) -> Result<Comparison, Error> {
     let catalog = sim_core::effects::standard();
-    compare(Request { model, catalog: &catalog, sessions, limits, free_run: FreeRun { samples, seed: 7 } })
+    compare(Request {
+        model,
+        catalog: &catalog,
+        sessions,
+        limits,
+        free_run: FreeRun { samples, seed: 7 },
+        clamp: Clamp::Commanded,
+    })
 }
 
 fn compared(sessions: &[Session], limits: &[&str]) -> Comparison {

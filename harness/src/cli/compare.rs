@@ -3,6 +3,7 @@
 use super::console::Console;
 use super::inputs::{self, Outputs, Reading};
 use super::outcome::Exit;
+use crate::clamp::Clamp;
 use crate::compare::{FreeRun, Limit, Request, compare, exit_code};
 use crate::error::Error;
 use crate::recording::Session;
@@ -24,6 +25,9 @@ pub struct Arguments {
     /// The largest error of a channel that still passes, in the channel's unit; may be given again.
     #[arg(long = "limit", value_name = "CHANNEL=VALUE", value_parser = limit)]
     pub limits: Vec<Limit>,
+    /// The recorded wire that the blocks start from.
+    #[arg(long, value_enum, default_value_t)]
+    pub clamp: Clamp,
     /// How many free runs make the bands.
     #[arg(long, value_name = "N", default_value_t = 40)]
     pub samples: usize,
@@ -58,8 +62,14 @@ impl Arguments {
         let progress = console.progress();
         progress.say("comparing: software block, blocks with clamped inputs, free runs");
         let free_run = FreeRun { samples: self.samples, seed: self.seed.unwrap_or_else(|| seed_of(&sessions)) };
-        let comparison =
-            compare(Request { model: &model, catalog, sessions: &sessions, limits: &self.limits, free_run })?;
+        let comparison = compare(Request {
+            model: &model,
+            catalog,
+            sessions: &sessions,
+            limits: &self.limits,
+            free_run,
+            clamp: self.clamp,
+        })?;
         drop(progress);
         let used: Vec<&Session> = sessions.iter().collect();
         let page = story::comparison(&comparison, &console.command, &inputs::provenance(&self.model, &used)?);

@@ -8,6 +8,7 @@ use super::session::{self, Compared, Shared};
 use super::words::{self, Rank};
 use crate::blocks::Base;
 use crate::case::Case;
+use crate::clamp::Clamp;
 use crate::diagnose::noise::Noise;
 use crate::diagnose::problem::{Problem, Trial};
 use crate::error::Error;
@@ -44,6 +45,8 @@ pub struct Request<'a> {
     pub limits: &'a [Limit],
     /// Free runs.
     pub free_run: FreeRun,
+    /// The recorded wire that the blocks start from.
+    pub clamp: Clamp,
 }
 
 /// Weight of a position where nobody says how noisy it is: no verdict follows from it.
@@ -70,10 +73,12 @@ pub fn compare(request: Request<'_>) -> Result<Comparison, Error> {
         inner.position_floor_m = POSITION_SIGMA_UNKNOWN_M;
     }
     let problem = match model.rig {
-        RigKind::Docking => Problem::docking(model, cases, inner),
+        RigKind::Docking if request.clamp == Clamp::Commanded => Problem::docking(model, cases, inner),
+        RigKind::Docking => Problem::docking(model, cases, inner).clamped(request.clamp),
         RigKind::Drive => Problem::drive(model, &cases, 1, inner),
     };
     let trial = Trial { base: Base::of(model), effects: model.chosen(request.catalog) };
+    request.clamp.check(&trial.effects)?;
     let shared = Shared {
         problem: &problem,
         trial: &trial,

@@ -6,6 +6,7 @@
 
 use crate::blocks::{self, Base, Path, Schedule};
 use crate::case::Case;
+use crate::clamp::Clamp;
 use crate::diagnose::noise::Noise;
 use crate::model::{Chosen, Model, RigKind};
 use sim_core::space::{Axis, AxisMotion};
@@ -172,6 +173,14 @@ impl Problem {
         let declared =
             [repeat.force_offset_n, repeat.stiffness_ratio, repeat.damping_ratio].map(|sd: f64| sd.max(1e-6));
         Problem { model: model.clone(), noise, runs, declared }
+    }
+
+    /// The same runs, started from another wire.
+    #[must_use]
+    pub fn clamped(mut self, clamp: Clamp) -> Self {
+        let model = self.model.clone();
+        self.runs.iter_mut().for_each(|run| run.nominal = clamp.path(&model, &run.case));
+        self
     }
 
     /// A drive problem: each recording is cut into this many blocks. `noise` carries the size of the residuals that counts as one
