@@ -12,3 +12,4 @@ pub mod files;
 pub mod model;
 pub mod recording;
 pub mod report;
+pub mod simulate;
