@@ -13,3 +13,4 @@ pub mod files;
 pub mod model;
 pub mod recording;
 pub mod report;
+pub mod simulate;

@@ -3,7 +3,10 @@
 
 mod cli;
 mod compare;
+mod confusion;
+mod determinism;
 mod effects;
+mod hidden;
 mod page;
 mod recording;
 mod sets;

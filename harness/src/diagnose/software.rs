@@ -13,6 +13,7 @@ use sim_core::closed_loop::{Clamps, ClosedLoop, Start};
 use sim_core::effect::Attached;
 use sim_core::force_sensor::SensorNoise;
 use sim_core::rng::Streams;
+use sim_core::signals::Wire;
 use sim_core::time::Nanos;
 use sim_core::trace::{Columns, Trace};
 
@@ -59,6 +60,50 @@ pub fn closure_m(model: &Model, case: &Case, effects: &[Chosen], mass_ratio: f64
     let (commanded, _) = recomputed(model, case, &Inputs { mass_ratio, ..Inputs::plain(effects) });
     let pairs = case.commanded.iter().zip(&commanded).zip(&case.commanded_known);
     pairs.filter(|(_, known)| **known).map(|((a, b), _)| (a.position_m - b).abs()).fold(0.0, f64::max)
+}
+
+/// What our software makes of the recorded force: commanded position in m and net force in N, at each tick of the loop.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recomputed {
+    /// Commanded position, before the tick's force acts.
+    pub commanded_m: Vec<f64>,
+    /// Net force of the tick; positive resists closing.
+    pub net_n: Vec<f64>,
+}
+
+/// Recomputes the software block of a recording.
+pub fn recompute(model: &Model, case: &Case, effects: &[Chosen]) -> Recomputed {
+    let (commanded_m, net_n) = recomputed(model, case, &Inputs::plain(effects));
+    Recomputed { commanded_m, net_n }
+}
+
+/// A number of the software block that is not the same in two recordings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Difference {
+    /// Tick of the loop.
+    pub tick: usize,
+    /// The wire on which it shows first: [`Wire::Commanded`] or [`Wire::Feedback`].
+    pub wire: Wire,
+    /// Value in the first recording, m or N.
+    pub one: f64,
+    /// Value in the second recording.
+    pub other: f64,
+}
+
+/// The first number whose bits differ when our software is recomputed from two recordings, in the order of the loop.
+///
+/// A last digit of a force reaches the net force at the tick that uses the sample. It reaches the next command only if a
+/// metre has the digits for it: one unit in the last place of 5 N moves 63 kg by 1e-22 m within a tick, and a command of 1 mm
+/// ends at 1e-19 m.
+pub fn first_difference(model: &Model, one: &Case, other: &Case, effects: &[Chosen]) -> Option<Difference> {
+    let (here, there) = (recompute(model, one, effects), recompute(model, other, effects));
+    let wires = [
+        (Wire::Commanded, &here.commanded_m, &there.commanded_m),
+        (Wire::Feedback, &here.net_n, &there.net_n),
+    ];
+    (0..here.net_n.len().min(there.net_n.len()))
+        .flat_map(|tick| wires.map(|(wire, one, other)| Difference { tick, wire, one: one[tick], other: other[tick] }))
+        .find(|difference| difference.one.to_bits() != difference.other.to_bits())
 }
 
 /// What the recomputation is given.
