@@ -138,7 +138,8 @@ fn a_missing_stiffness_shows_in_the_force_while_in_contact() {
 #[test]
 fn with_the_effect_added_the_model_is_inside_noise() {
     // The truth of dev/truth.json, in our own implementation of each effect.
-    let truths: [(&str, &[(&str, &[f64])]); 5] = [
+    type Truth = (&'static str, &'static [(&'static str, &'static [f64])]);
+    let truths: [Truth; 5] = [
         ("d1", &[("stiffness-hardening", &[9.0e6])]),
         ("d3", &[("command-delay", &[0.008])]),
         ("d4", &[("force-lag", &[14.0, 2.0])]),
