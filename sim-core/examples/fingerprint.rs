@@ -1,5 +1,5 @@
 //! Prints the fingerprint of one impact with every effect of the catalogue: the same bits in debug and release, on every
-//! machine. `.ci/run` compares two builds.
+//! machine. And of one replay: a force as a log holds it, rounded to whole mN, clamped into the loop. `.ci/run` compares two builds.
 
 use sim_core::closed_loop::{Clamps, ClosedLoop, Start};
 use sim_core::compensator::Hybrid;
@@ -10,12 +10,27 @@ use sim_core::force_sensor::{AxisCell, SensorNoise};
 use sim_core::link::Link;
 use sim_core::plant::PointMass;
 use sim_core::readout::Readout;
+use sim_core::recorder::LogChannel;
 use sim_core::rig::DockingAxis;
 use sim_core::rng::Streams;
 use sim_core::robot::StraightLine;
 use sim_core::space::{Axis, AxisMotion};
 use sim_core::time::Nanos;
 use sim_core::trace::{Columns, Trace};
+
+/// Records an impact as a log would, and feeds the recorded force to the software again.
+fn replay(rig: &DockingAxis, rates: Rates, start: &Start<Axis>) -> String {
+    let (mut log, mut again) = (Trace::default(), Trace::default());
+    let effects: [Attached<Axis>; 0] = [];
+    let looped = ClosedLoop::new(rig, &effects, rates);
+    looped.run(start, &Clamps::default(), Columns::LOG, &mut log);
+    let whole_mn = LogChannel { sigma: 0.0, quantum: 1e-3 };
+    let mut unused = start.streams.named("recorder");
+    let recorded: Vec<f64> = log.sensed.iter().map(|reading_n| whole_mn.written(*reading_n, &mut unused)).collect();
+    let clamps = Clamps { sensed: Some(&recorded), ..Clamps::default() };
+    looped.run(start, &clamps, Columns::LOG, &mut again);
+    again.fingerprint().hex()
+}
 
 fn main() {
     let rig = DockingAxis {
@@ -55,6 +70,7 @@ fn main() {
         trace.fingerprint().hex()
     };
     println!("{:<22} {}", "nominal", run(&[]));
+    println!("{:<22} {}", "clamped replay", replay(&rig, rates, &start));
     for kind in standard().kinds().iter().filter(|kind| kind.rigs != Where::Drive) {
         let values: Vec<f64> = kind.params.iter().map(|param| param.starts[0]).collect();
         println!("{:<22} {}", kind.id, run(&[kind.attach(&values)]));

@@ -96,7 +96,7 @@ fn the_replay_of_an_embedded_recording_keeps_its_bits() {
         print.hex()
     };
     assert_eq!(print(), print());
-    assert_eq!(print(), "TODO");
+    assert_eq!(print(), "89327d6cfe7715ce4a8561ded23d3192");
 }
 
 /// The tick of the loop that uses each of these samples: the newest one at or before it.
@@ -117,7 +117,8 @@ fn one_unit_in_the_last_place_of_a_force_is_found_at_its_tick() {
     let (model, case) = impact();
     assert!(closure_m(&model, &case, &[], 1.0) < 1e-9, "it is our software");
     let net_n = recompute(&model, &case, &[]).net_n;
-    // Reading, felt and net force between 4 and 8 N, where all of them end at the same digit and none is rounded away.
+    // Reading, felt and net force between 4 and 8 N, where all of them end at the same digit. The bias, 2.1 N, has one digit more:
+    // their sum is a tie, and rounding to even swallows one of the two neighbours of a reading, never both.
     let inside = |force_n: f64| (4.1..7.9).contains(&force_n);
     let felt_n = |tick: usize| model.sensor.bias_n - case.sensed_n.value[sample_of(&case, tick)];
     let fits = |tick: &usize| {
@@ -127,10 +128,14 @@ fn one_unit_in_the_last_place_of_a_force_is_found_at_its_tick() {
     assert!(ticks.len() > 3, "{ticks:?}");
     for tick in ticks {
         let sample = sample_of(&case, tick);
-        let changed = with_sample(&case, sample, case.sensed_n.value[sample].next_down());
-        let found = first_difference(&model, &case, &changed, &[]).unwrap();
-        assert_eq!((found.tick, found.wire), (tick, Wire::Feedback), "{found:?}");
-        assert!((found.one - found.other).abs() < 1e-15, "{found:?}");
+        let reading_n = case.sensed_n.value[sample];
+        let neighbours = [reading_n.next_down(), reading_n.next_up()]
+            .map(|neighbour_n| first_difference(&model, &case, &with_sample(&case, sample, neighbour_n), &[]));
+        assert!(neighbours.iter().any(Option::is_some), "tick {tick}");
+        for found in neighbours.into_iter().flatten() {
+            assert_eq!((found.tick, found.wire), (tick, Wire::Feedback), "{found:?}");
+            assert!((found.one - found.other).abs() < 2e-15, "{found:?}");
+        }
         // Three of four samples lie between the ticks of the loop, and no tick uses them.
         let unused = with_sample(&case, sample + 1, case.sensed_n.value[sample + 1] + 1.0);
         assert_eq!(first_difference(&model, &case, &unused, &[]), None);
