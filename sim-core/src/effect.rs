@@ -197,10 +197,12 @@ impl<S: Space> Kind<S> {
         self.params.iter().position(at_limit).unwrap_or(0)
     }
 
-    /// Ready to run with these values.
+    /// Ready to run with these values, in the order of the parameters; the last ones may be left out where they have a default.
     pub fn attach(&self, values: &[f64]) -> Attached<S> {
+        let rest = self.params.iter().skip(values.len()).filter_map(|param| param.default);
+        let values: Vec<f64> = values.iter().copied().chain(rest).collect();
         assert_eq!(values.len(), self.params.len(), "{}: one value for each parameter", self.id);
-        Attached { id: self.id.clone(), wires: self.wires.clone(), order: self.order, effect: (self.build)(values) }
+        Attached { id: self.id.clone(), wires: self.wires.clone(), order: self.order, effect: (self.build)(&values) }
     }
 }
 

@@ -350,7 +350,10 @@ fn usage_is_two_and_help_is_zero() {
     for (args, expected) in [
         (&["comprae"][..], "a similar subcommand exists: 'compare'"),
         (&["compare"], "--model <MODEL.toml>"),
-        (&["compare", "--model", "m", "s", "--limit", "force=-1"], "-1 is not above 0"),
+        (
+            &["compare", "--model", "m", "s", "--limit", "force_z_n=-1"],
+            "force_z_n = -1 is not a finite number from 0 up",
+        ),
         (&["diagnose", "--model", "m", "--learn", "a"], "--test <RECORDING>..."),
         (&[], "Usage: dockhil <COMMAND>"),
     ] {

@@ -81,7 +81,7 @@ fn files_that_are_no_recordings_are_refused() {
     bytes[middle] ^= 1;
     std::fs::write(shell.path("flipped.mcap"), bytes).unwrap();
     refuses(&shell, &["DIR/empty.mcap"], &[&test], &["empty.mcap", "empty"]);
-    refuses(&shell, &["DIR/text.mcap"], &[&test], &["text.mcap", "MCAP"]);
+    refuses(&shell, &["DIR/text.mcap"], &[&test], &["text.mcap", "byte 0", "no mcap recording"]);
     refuses(&shell, &["DIR/absent.mcap"], &[&test], &["absent.mcap"]);
     refuses(&shell, &["DIR/flipped.mcap"], &[&test], &["flipped.mcap", "--salvage"]);
 }

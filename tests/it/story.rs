@@ -170,7 +170,7 @@ fn ranking() -> Vec<Rank> {
         gain,
         held_out_gain,
         wins,
-        of: 6,
+        of: 3,
         accepted,
     };
     vec![
