@@ -97,10 +97,7 @@ pub struct Difference {
 /// ends at 1e-19 m.
 pub fn first_difference(model: &Model, one: &Case, other: &Case, effects: &[Chosen]) -> Option<Difference> {
     let (here, there) = (recompute(model, one, effects), recompute(model, other, effects));
-    let wires = [
-        (Wire::Commanded, &here.commanded_m, &there.commanded_m),
-        (Wire::Feedback, &here.net_n, &there.net_n),
-    ];
+    let wires = [(Wire::Commanded, &here.commanded_m, &there.commanded_m), (Wire::Feedback, &here.net_n, &there.net_n)];
     (0..here.net_n.len().min(there.net_n.len()))
         .flat_map(|tick| wires.map(|(wire, one, other)| Difference { tick, wire, one: one[tick], other: other[tick] }))
         .find(|difference| difference.one.to_bits() != difference.other.to_bits())
