@@ -99,7 +99,7 @@ fn the_replay_of_an_embedded_recording_keeps_its_bits() {
     assert_eq!(print(), "89327d6cfe7715ce4a8561ded23d3192");
 }
 
-/// The tick of the loop that uses each of these samples: the newest one at or before it.
+/// The sample that a tick of the loop uses: the newest one at or before it.
 fn sample_of(case: &Case, tick: usize) -> usize {
     let now_ns = tick as i64 * case.rates.loop_period.0 - case.rates.sensor_phase.0;
     (now_ns / case.rates.sensor_period.0) as usize
