@@ -204,10 +204,13 @@ pub fn sentences(
         out.push(format!("{name} is {:.6}, not {:.6} (sd {:.2e}).", base.fitted, base.nominal, base.sd));
     }
     for (channel, score) in test {
-        let (before, after, floor) = (score.before, score.after, score.noise_floor);
+        let (name, factor, unit) = match *channel {
+            "force_z_n" => ("the force along the axis", 1.0, "N"),
+            _ => ("the reported position", 1e6, "µm"),
+        };
+        let [before, after, floor] = [score.before, score.after, score.noise_floor].map(|value| value * factor);
         out.push(format!(
-            "On the test recordings {channel} goes from {before:.3e} to {after:.3e} {}; the noise floor is {floor:.3e} {}.",
-            score.unit, score.unit
+            "On the test recordings the error of {name} goes from {before:.3} to {after:.3} {unit}; the noise floor is {floor:.3} {unit}."
         ));
     }
     out
