@@ -9,6 +9,7 @@ mod effects;
 mod hidden;
 mod mistakes;
 mod page;
+mod physics;
 mod recording;
 mod sets;
 mod shell;

@@ -1,0 +1,129 @@
+//! Physics against numbers that were computed elsewhere: `reference/PHYSICS.md`, sections 1.5, 2 and 4, computed there in Python.
+
+use harness::blocks::{Base, docking_rig};
+use harness::model::from_session;
+use harness::recording::{ReadOptions, read};
+use nalgebra::{UnitQuaternion, Vector3};
+use sim_core::closed_loop::{Clamps, ClosedLoop, Start};
+use sim_core::energy::{Pairing, observed_j};
+use sim_core::force_sensor::SensorNoise;
+use sim_core::restitution::{from_speeds, released_at_zero_depth, released_at_zero_force};
+use sim_core::rig::DockingAxis;
+use sim_core::rng::Streams;
+use sim_core::robot::{Robot, StraightLine};
+use sim_core::space::{Axis, AxisMotion, Motion, Spatial};
+use sim_core::stability::exact::critical_delay;
+use sim_core::time::Nanos;
+use sim_core::trace::{Columns, Trace};
+
+/// Mass kg, stiffness N/m, damping N s/m, critical delay ms. The table prints as many digits as it vouches for.
+#[test]
+fn the_critical_delay_is_the_one_of_the_table() {
+    for (mass, stiffness, damping, delay_ms, digits_ms) in [
+        (60.0, 1000.0, 50.0, 49.309, 5e-4),
+        (15.0, 1000.0, 50.0, 47.27, 5e-3),
+        (1000.0, 1000.0, 50.0, 49.96, 5e-3),
+        (60.0, 250.0, 50.0, 189.1, 5e-2),
+        (60.0, 20000.0, 50.0, 2.50, 5e-3),
+        (60.0, 1000.0, 800.0, 110.3, 5e-2),
+        (15.6, 3000.0, 50.0, 16.372, 5e-4),
+        (63.2, 1066.0, 17.081, 16.0, 5e-3),
+        (63.2, 1066.0, 34.312, 32.0, 5e-3),
+    ] {
+        let found = critical_delay(mass, stiffness, damping).unwrap();
+        assert!((found.delay_s * 1e3 - delay_ms).abs() <= digits_ms, "{mass} {stiffness} {damping}: {found:?}");
+        // At the edge both sides of m s² + (b s + k) e^{-hs} = 0 balance, to the rounding of its largest term.
+        let (w, h) = (found.frequency_rad_per_s, found.delay_s);
+        let (sin, cos) = (libm::sin(w * h), libm::cos(w * h));
+        let real = -mass * w * w + stiffness * cos + damping * w * sin;
+        let imaginary = damping * w * cos - stiffness * sin;
+        let rounding = 1e-14 * mass * w * w;
+        assert!(real.abs() < rounding && imaginary.abs() < rounding, "{real} {imaginary}");
+    }
+    assert_eq!(critical_delay(60.0, 1000.0, 0.0), None, "without damping any delay destabilises");
+}
+
+#[test]
+fn restitution_has_two_definitions_that_part() {
+    for (damping, zero_depth, zero_force) in [(40.0, 0.784, 0.794), (70.0, 0.652, 0.677)] {
+        assert!((released_at_zero_depth(63.2, 1066.0, damping) - zero_depth).abs() < 5e-4);
+        assert!((released_at_zero_force(63.2, 1066.0, damping) - zero_force).abs() < 5e-4);
+    }
+}
+
+/// The cell of a recording, with this much virtual damping, and its impact at 35 mm/s without noise.
+fn impact(damping_n_s_per_m: f64, sensor_phase: Nanos) -> (DockingAxis, Trace<Axis>) {
+    let recording = read(&fixtures::session("cell-a", "learn_01.mcap"), &ReadOptions::default()).unwrap();
+    let model = from_session(&recording).unwrap();
+    let mut rig = docking_rig(&model, &Base::of(&model), model.plant.mass_kg);
+    rig.compensator.virtual_damping_n_s_per_m = damping_n_s_per_m;
+    let rates = sim_core::effect::Rates {
+        physics_step: Nanos(500_000),
+        loop_period: Nanos(4_000_000),
+        loop_phase: Nanos(0),
+        sensor_period: Nanos(1_000_000),
+        sensor_phase,
+    };
+    let start = Start {
+        first: AxisMotion::moving(-0.01, 0.035),
+        from: Nanos(0),
+        until: Nanos(2_000_000_000),
+        noise: SensorNoise::NONE,
+        streams: Streams::new(1),
+    };
+    let mut trace = Trace::default();
+    ClosedLoop::new(&rig, &[], rates).run(&start, &Clamps::default(), Columns::LOG, &mut trace);
+    (rig, trace)
+}
+
+#[test]
+fn the_energy_of_a_held_force_is_the_change_of_kinetic_energy() {
+    let (rig, trace) = impact(40.0, Nanos(0));
+    let before = std::iter::once(0.035).chain(trace.after.iter().map(|motion| motion.velocity_m_per_s));
+    let mean: Vec<f64> =
+        before.zip(&trace.after).map(|(before, after)| 0.5 * (before + after.velocity_m_per_s)).collect();
+    let absorbed_j = observed_j(&trace.feedback, &mean, 0.004);
+    let last = trace.after.last().unwrap().velocity_m_per_s;
+    let lost_j = 0.5 * rig.plant.mass_kg * (0.035 * 0.035 - last * last);
+    // Five hundred products of rounded numbers: 500 units in the last place of the largest.
+    assert!((absorbed_j - lost_j).abs() < 500.0 * f64::EPSILON * 0.0387, "{absorbed_j} {lost_j}");
+    assert!(Pairing::FeedbackWithSatelliteMean.words().contains("mean"), "an energy never stands without its pairing");
+}
+
+#[test]
+fn damping_takes_energy_and_delay_gives_it() {
+    let restitution = |damping: f64| {
+        let (_, trace) = impact(damping, Nanos(0));
+        from_speeds(0.035, trace.after.last().unwrap().velocity_m_per_s)
+    };
+    let [none, some, much] = [0.0, 20.0, 70.0].map(restitution);
+    assert!(none > 1.0, "a lossless spring behind 16 ms of delay creates energy: {none}");
+    assert!(some < none && much < some && much < 1.0, "{none} {some} {much}");
+}
+
+#[test]
+fn the_phase_between_the_clocks_is_a_parameter() {
+    let speed = |phase: i64| impact(40.0, Nanos(phase)).1.after.last().unwrap().velocity_m_per_s;
+    // A sample that is half a period older is half a millisecond of delay: 0.5 N s/m of a damping of 40.
+    let (same, older) = (speed(0), speed(500_000));
+    assert!(older < same, "later samples create energy: {older} {same}");
+    assert!((older - same).abs() < 0.01 * same.abs());
+}
+
+#[test]
+fn a_robot_follows_straight_lines_in_space_too() {
+    let robot = StraightLine { corner_s: 0.004, averaging_s: 0.002 };
+    let pose = |x: f64, angle: f64| Motion {
+        position_m: Vector3::new(x, 0.0, 0.0),
+        attitude: UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle),
+        ..Motion::default()
+    };
+    let mut state = Robot::<Spatial>::start(&robot, &pose(0.0, 0.0), 0.016);
+    robot.accept(&mut state, 0.020, &pose(0.004, 0.02));
+    robot.accept(&mut state, 0.024, &pose(0.004, 0.02));
+    let at = Robot::<Spatial>::motion(&robot, &mut state, 0.019);
+    assert!((at.position_m.x - 0.003).abs() < 1e-15 && (at.velocity_m_per_s.x - 1.0).abs() < 1e-12);
+    assert!((at.attitude.angle() - 0.015).abs() < 1e-9 && (at.rate_rad_per_s.z - 5.0).abs() < 1e-9);
+    let rest = Robot::<Spatial>::motion(&robot, &mut state, 0.023);
+    assert_eq!(rest.velocity_m_per_s, Vector3::zeros(), "the two last commands are the same");
+}
