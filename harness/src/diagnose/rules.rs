@@ -21,6 +21,11 @@ pub struct Rules {
     pub shadow_gain: f64,
     /// … and is added beside it only if it is worth this share of it: otherwise only the exact form differs.
     pub shadow_worth: f64,
+    /// Least linear gain that is followed up by a fit: the signature at a start shows a third of what the right values would gain, so
+    /// that nothing that could be accepted stays below.
+    pub promise_min: f64,
+    /// The same as a share of the gain that is wanted, where an effect has to stand in for another one.
+    pub promise_share: f64,
     /// Share of the leader's gain that a finalist's fit must reach.
     pub near_share: f64,
 }
@@ -36,6 +41,8 @@ impl Default for Rules {
             loss_share: 0.02,
             shadow_gain: 0.5,
             shadow_worth: 0.1,
+            promise_min: 2.0,
+            promise_share: 0.02,
             near_share: 0.5,
         }
     }

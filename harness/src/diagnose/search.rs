@@ -101,7 +101,8 @@ pub struct Search<'a> {
 /// Results that come up again when members are pruned, swapped and compared: a set is fitted and tried once.
 #[derive(Default)]
 struct Done {
-    additions: BTreeMap<Key, Vec<(String, Fit)>>,
+    /// With the least promise that was followed up.
+    additions: BTreeMap<Key, (f64, Vec<(String, Fit)>)>,
     tried: BTreeMap<Key, Tried>,
 }
 
@@ -201,7 +202,7 @@ impl<'a> Search<'a> {
 
     /// Tries every effect on top of a set.
     fn extend(&self, current: &Tried, before: &[Vec<Ranked>]) -> (Vec<Ranked>, Option<Tried>) {
-        let mut fits = self.additions(current);
+        let mut fits = self.additions(current, 0.0);
         fits.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
         let mut ranking: Vec<Ranked> = fits
             .iter()
@@ -270,25 +271,29 @@ impl<'a> Search<'a> {
         sum > self.threshold() && (z > 2.0 || many || certain) && enough
     }
 
-    /// Every effect that is not in the set, fitted on top of it from its most promising starts.
-    fn additions(&self, current: &Tried) -> Vec<(String, Fit)> {
+    /// Every effect that is not in the set, fitted on top of it from its most promising starts; those that are far from gaining
+    /// `wanted` are not fitted.
+    fn additions(&self, current: &Tried, wanted: f64) -> Vec<(String, Fit)> {
         let key = key(&current.fit.trial);
-        if let Some(fits) = self.remembered(|done| done.additions.get(&key).cloned()) {
+        let least = self.rules.promise_min.max(self.rules.promise_share * wanted);
+        let known = self.remembered(|done| done.additions.get(&key).cloned());
+        if let Some((_, fits)) = known.filter(|(screened, _)| *screened <= least) {
             return fits;
         }
         let there = current.ids();
         let absent: Vec<&&Kind<Axis>> =
             self.kinds.iter().filter(|kind| !there.contains(&kind.id.to_string())).collect();
-        let fit = |kind: &&&Kind<Axis>| self.addition(&current.fit, kind).map(|fit| (kind.id.to_string(), fit));
+        let fit = |kind: &&&Kind<Axis>| self.addition(&current.fit, kind, least).map(|fit| (kind.id.to_string(), fit));
         let fits: Vec<(String, Fit)> = absent.par_iter().filter_map(fit).collect();
-        self.remembered(|done| done.additions.insert(key, fits.clone()));
+        self.remembered(|done| done.additions.insert(key, (least, fits.clone())));
         fits
     }
 
-    fn addition(&self, current: &Fit, kind: &Kind<Axis>) -> Option<Fit> {
+    fn addition(&self, current: &Fit, kind: &Kind<Axis>, least: f64) -> Option<Fit> {
         let mut promising: Vec<(f64, Chosen)> =
             starts(kind).into_iter().flat_map(|chosen| self.promise(current, chosen)).collect();
         promising.sort_by(|a, b| b.0.total_cmp(&a.0));
+        promising.first().filter(|(gain, _)| *gain > least)?;
         let fits = promising.iter().take(2).map(|(_, chosen)| {
             let mut trial = current.trial.clone();
             trial.effects.push(chosen.clone());
@@ -361,7 +366,7 @@ impl<'a> Search<'a> {
             let mut better: Option<Tried> = None;
             for member in self.given..best.fit.trial.effects.len() - 1 {
                 let smaller = self.without(&best, member);
-                let mut fits = self.additions(&smaller);
+                let mut fits = self.additions(&smaller, smaller.fit.cost - best.fit.cost);
                 fits.retain(|(_, fit)| fit.cost < best.fit.cost - self.rules.tie_max);
                 fits.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
                 for (_, fit) in fits.into_iter().take(2) {
@@ -387,7 +392,7 @@ impl<'a> Search<'a> {
             let smaller =
                 if best.fit.trial.effects.len() == self.given + 1 { base.clone() } else { self.without(best, member) };
             worth.insert(id.clone(), smaller.total() - best.total());
-            let mut fits = self.additions(&smaller);
+            let mut fits = self.additions(&smaller, smaller.fit.cost - best.fit.cost);
             fits.retain(|(other, fit)| *other != id && fit.cost < best.fit.cost + 2.0 * self.rules.gain_certain);
             fits.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
             let mut group = vec![(best.total(), id.clone())];
