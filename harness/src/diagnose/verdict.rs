@@ -8,7 +8,7 @@ use super::quality::{Block, Channel, Phase, average};
 use super::random::Decoded;
 use super::search::Found;
 use crate::model::{Chosen, Model};
-use crate::recording::{Kind, Session};
+use crate::recording::{Grade, Kind, Session};
 use sim_core::effect::Catalog;
 use sim_core::space::Axis;
 use std::collections::BTreeMap;
@@ -158,7 +158,16 @@ pub fn base_parameters(model: &Model, found: &Found, mass_ratio: f64) -> BTreeMa
 
 /// Why an effect is named.
 pub fn reason(chosen: &Chosen) -> String {
-    format!("{}: {}", chosen.kind.about, chosen.kind.fingerprint)
+    let kind = &chosen.kind;
+    let at_limit = kind
+        .params
+        .iter()
+        .zip(&chosen.values)
+        .filter(|(param, value)| !param.discrete && (**value <= param.lower || **value >= param.upper));
+    let limits: Vec<String> =
+        at_limit.map(|(param, _)| format!("{} is at its limit, which is no estimate", param.name)).collect();
+    let warning = if limits.is_empty() { String::new() } else { format!(" ({})", limits.join("; ")) };
+    format!("{}: {}{warning}", kind.about, kind.fingerprint)
 }
 
 /// The experiment that would split a tie, or isolate a lone effect.
@@ -186,6 +195,10 @@ pub fn sentences(
     for (one, session) in examined.iter().zip(sessions) {
         let name = session.file.file_name().unwrap_or_default().to_string_lossy();
         out.extend(one.defect.iter().map(|defect| format!("{name} is left out: {defect}.")));
+    }
+    for session in sessions.iter().filter(|session| session.grade != Grade::A) {
+        let name = session.file.file_name().unwrap_or_default().to_string_lossy();
+        out.push(format!("{name} is of grade {:?}: {}.", session.grade, session.grade.about()));
     }
     let noise = &evidence.problem.noise;
     if noise.excess > 0.0 {
