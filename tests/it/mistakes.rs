@@ -106,3 +106,56 @@ fn unknown_effects_and_keys_are_refused() {
     shell.write("m.toml", &before.replace("mass_kg", "mas_kg"));
     refuses_line(&shell, &["compare", "--model", "DIR/m.toml", &impact()], &["m.toml", "mas_kg"]);
 }
+
+#[test]
+fn a_result_never_replaces_what_is_read() {
+    let shell = Shell::with_model();
+    let copy = changed(&shell, "learn_02.mcap", "copy.mcap", |_| ());
+    let bytes = std::fs::read(shell.path("copy.mcap")).unwrap();
+    let compare = ["compare", "--model", "DIR/m.toml", copy.as_str()];
+    refuses_line(
+        &shell,
+        &[&compare[..], &["--json", "DIR/copy.mcap"]].concat(),
+        &["copy.mcap", "would be overwritten"],
+    );
+    refuses_line(&shell, &[&compare[..], &["--report", "DIR/m.toml"]].concat(), &["m.toml", "would be overwritten"]);
+    refuses_line(&shell, &["model", "init", &copy, "-o", "DIR/copy.mcap", "--force"], &["would be overwritten"]);
+    let twice = [&compare[..], &["--json", "DIR/a", "--report", "DIR/a"]].concat();
+    refuses_line(&shell, &twice, &["named for two results"]);
+    assert!(std::fs::read(shell.path("copy.mcap")).unwrap() == bytes, "the recording is as it was");
+}
+
+#[test]
+fn a_recording_counts_once_and_a_test_has_contact() {
+    let shell = Shell::with_model();
+    let (good, test) = (impact(), test_recording());
+    refuses(&shell, &[&good, &good], &[&test], &["learn_01.mcap", "it would count twice"]);
+    let rest = session("cell-a", "static.mcap").display().to_string();
+    refuses(&shell, &[&good], &[&rest], &["static.mcap", "kind static, not impact", "--aux"]);
+    refuses_line(&shell, &["compare", "--model", "DIR/m.toml", &good, "--samples", "1"], &["no spread"]);
+}
+
+#[test]
+fn a_test_recording_of_another_rig_contradicts_the_answer() {
+    let shell = Shell::new();
+    let of = |set: &str, names: &[&str]| -> Vec<String> {
+        fixtures::sessions(set, names).iter().map(|path| path.display().to_string()).collect()
+    };
+    let learn = of("cell-c", &fixtures::LEARN[..3]);
+    let (rest, other) = (of("cell-c", &["static.mcap"]), of("cell-b", &["test_07.mcap"]));
+    assert_eq!(shell.run(&["model", "init", &learn[0], "-o", "DIR/m.toml"]).exit, 0);
+    let strings = |list: &[String]| list.to_vec();
+    let words = |text: &str| text.split(' ').map(str::to_string).collect::<Vec<_>>();
+    let line = [
+        words("diagnose --model DIR/m.toml --learn"),
+        strings(&learn),
+        words("--aux"),
+        strings(&rest),
+        words("--test"),
+        strings(&other),
+    ]
+    .concat();
+    let ran = shell.run(&line.iter().map(String::as_str).collect::<Vec<_>>());
+    assert_eq!(ran.exit, 3, "{}{}", ran.out, ran.err);
+    assert!(ran.out.contains("above their noise"), "{}", ran.out);
+}

@@ -56,9 +56,14 @@ fn seed_of(sessions: &[Session]) -> u64 {
 impl Arguments {
     /// Does what was asked for.
     pub fn run(&self, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Exit, Error> {
-        self.outputs.check()?;
+        self.outputs.check(self.recordings.iter().chain([&self.model]).chain(&self.reading.map))?;
+        if self.samples < 2 {
+            let what = format!("{} free runs have no spread", self.samples);
+            return Err(Error::new(what).place("--samples").help("give at least 2; 40 make the usual bands"));
+        }
         let model = inputs::model(&self.model, catalog)?;
         let sessions = self.reading.sessions(&self.recordings, console)?;
+        inputs::each_once(&sessions.iter().collect::<Vec<_>>())?;
         let progress = console.progress();
         progress.say("comparing: software block, blocks with clamped inputs, free runs");
         let free_run = FreeRun { samples: self.samples, seed: self.seed.unwrap_or_else(|| seed_of(&sessions)) };

@@ -44,14 +44,17 @@ pub struct Arguments {
 impl Arguments {
     /// Does what was asked for.
     pub fn run(&self, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Exit, Error> {
-        self.outputs.check()?;
+        let read = self.learn.iter().chain(&self.aux).chain(&self.test).chain([&self.model]).chain(&self.reading.map);
+        self.outputs.check(read.clone())?;
         if let Some(path) = &self.write_model {
+            inputs::not_read(path, read.chain(&self.outputs.json).chain(&self.outputs.report))?;
             inputs::writable_new(path, self.force)?;
         }
         let model = inputs::model(&self.model, catalog)?;
         let learn = self.reading.sessions(&self.learn, console)?;
         let aux = self.reading.sessions(&self.aux, console)?;
         let test = self.reading.sessions(&self.test, console)?;
+        inputs::each_once(&learn.iter().chain(&aux).collect::<Vec<_>>())?;
         let progress = console.progress();
         let outcome = diagnose(&Request {
             model: &model,

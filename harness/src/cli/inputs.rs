@@ -65,9 +65,18 @@ pub struct Outputs {
 
 impl Outputs {
     /// Refuses now what could not be written after minutes of computing.
-    pub fn check(&self) -> Result<(), Error> {
-        let files = self.json.iter().chain(&self.report).filter(|path| *path != Path::new("-"));
-        files.into_iter().try_for_each(|path| writable(path))
+    pub fn check<'p>(&'p self, read: impl Iterator<Item = &'p PathBuf> + Clone) -> Result<(), Error> {
+        let files: Vec<&PathBuf> =
+            self.json.iter().chain(&self.report).filter(|path| *path != Path::new("-")).collect();
+        files.iter().try_for_each(|path| writable(path))?;
+        files.iter().try_for_each(|path| not_read(path, read.clone()))?;
+        if let (Some(json), Some(report)) = (&self.json, &self.report)
+            && same_file(json, report)
+        {
+            let what = "is named for two results, and the second would replace the first";
+            return Err(Error::new(what).file(report).help("name another file after --report"));
+        }
+        Ok(())
     }
 
     /// Whether standard output is for the JSON, and not for the text.
@@ -89,6 +98,22 @@ pub fn writable(path: &Path) -> Result<(), Error> {
     Ok(())
 }
 
+/// Whether two paths lead to one file.
+fn same_file(one: &Path, other: &Path) -> bool {
+    let real = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+    real(one) == real(other)
+}
+
+/// Refuses a result that would replace what the command reads.
+pub fn not_read<'p>(written: &Path, mut read: impl Iterator<Item = &'p PathBuf>) -> Result<(), Error> {
+    match read.find(|path| same_file(written, path)) {
+        None => Ok(()),
+        Some(_) => Err(Error::new("is read by this command, and would be overwritten by its result")
+            .file(written)
+            .help("name another file for the result")),
+    }
+}
+
 /// A file that is going to be written and may hold somebody's work: an old one is kept unless `force` is given.
 pub fn writable_new(path: &Path, force: bool) -> Result<(), Error> {
     writable(path)?;
@@ -102,6 +127,17 @@ pub fn writable_new(path: &Path, force: bool) -> Result<(), Error> {
 /// The model, checked.
 pub fn model(path: &Path, catalog: &Catalog<Axis>) -> Result<Model, Error> {
     Model::read(path, catalog)
+}
+
+/// Refuses a recording that is given twice: it would count twice.
+pub fn each_once(sessions: &[&Session]) -> Result<(), Error> {
+    for (place, session) in sessions.iter().enumerate() {
+        if let Some(first) = sessions[..place].iter().find(|first| first.sha256 == session.sha256) {
+            let what = format!("holds the same bytes as {}: it would count twice", first.file.display());
+            return Err(Error::new(what).file(&session.file).help("give each recording once, in one list"));
+        }
+    }
+    Ok(())
 }
 
 /// Refuses a recording that is both learned from and tested on: by its bytes, not by its name.

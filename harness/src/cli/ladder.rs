@@ -33,7 +33,7 @@ pub struct Arguments {
 impl Arguments {
     /// Does what was asked for.
     pub fn run(&self, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Exit, Error> {
-        self.outputs.check()?;
+        self.outputs.check(self.test.iter().chain(&self.aux).chain([&self.model]).chain(&self.reading.map))?;
         let model = inputs::model(&self.model, catalog)?;
         let aux = self.reading.sessions(&self.aux, console)?;
         let test = self.reading.sessions(&self.test, console)?;

@@ -77,6 +77,7 @@ impl Arguments {
 impl Init {
     fn run(&self, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<(), Error> {
         inputs::writable_new(&self.output, self.force)?;
+        inputs::not_read(&self.output, [&self.recording].into_iter().chain(&self.reading.map))?;
         let session = read(&self.recording, &self.reading.options()?)?;
         let model = model::from_session(&session)?;
         let text = model.text(&format!("{} (SHA-256 {})", self.recording.display(), session.sha256))?;

@@ -169,7 +169,7 @@ fn conclude(
     let nominal = Trial { base: Base::of(request.model), effects: fit.trial.effects[..given].to_vec() };
     let before = blocks_before(request, prepared, problem, &nominal);
     let after = quality::all_blocks(problem, &fit.trial, &fit.nuisances);
-    let mut base_parameters = verdict::base_parameters(request.model, found, prepared.shared.mass_ratio);
+    let mut base_parameters = verdict::base_parameters(request.model, found, prepared.shared.mass_kg);
     if prepared.shared.convention.is_some() {
         base_parameters.values_mut().for_each(|base| base.wrong = false);
     }
@@ -197,6 +197,7 @@ fn conclude(
     let floors = Errors { force_n: prepared.noise.force_floor_n, position_m: prepared.noise.position_floor_m };
     let ladder = score::ladder(&steps, floors, tests.iter().map(|case| case.name.clone()).collect());
     let test = test_scores(&steps, &floors);
+    let verdict = verdict::after_test(verdict, &test);
     let diagnosis = Diagnosis {
         schema: 1,
         verdict,

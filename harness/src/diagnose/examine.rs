@@ -28,6 +28,8 @@ pub struct Shared {
     pub clock_offset_s: f64,
     /// True over declared mass.
     pub mass_ratio: f64,
+    /// Mass that most of the impacts were made with, kg.
+    pub mass_kg: f64,
     /// The force stream carries something else than it says: a sentence.
     pub convention: Option<String>,
 }
@@ -55,6 +57,7 @@ pub fn all(
     let sure = || impacts.iter().filter(|&&i| found[i].explained());
     let clock_offset_s = most_common(sure().map(|&i| found[i].clock_offset_s), 0.0);
     let mass_ratio = most_common(sure().map(|&i| found[i].mass_ratio), 1.0);
+    let mass_kg = most_common(impacts.iter().map(|&i| cases[i].mass_kg), model.plant.mass_kg) * mass_ratio;
     let unexplained: Vec<usize> = impacts.iter().copied().filter(|&i| !found[i].explained()).collect();
     let convention = if unexplained.len() * 2 > impacts.len() {
         mislabelled(model, cases, &unexplained, effects, delay)
@@ -67,7 +70,7 @@ pub fn all(
         .zip(found)
         .map(|((session, case), software)| one(session, case, software, clock_offset_s, mass_ratio))
         .collect();
-    (examined, Shared { clock_offset_s, mass_ratio, convention })
+    (examined, Shared { clock_offset_s, mass_ratio, mass_kg, convention })
 }
 
 fn one(session: &Session, case: &Case, software: Software, clock_offset_s: f64, mass_ratio: f64) -> Examined {

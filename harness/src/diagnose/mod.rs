@@ -95,6 +95,12 @@ fn check(request: &Request<'_>) -> Result<(), Error> {
         RigKind::Docking => Kind::Impact,
         RigKind::Drive => Kind::Drive,
     };
+    if let Some(other) = request.test.iter().find(|session| session.kind != wanted) {
+        let what = format!("this test recording is of kind {}, not {}", other.kind.id(), wanted.id());
+        return Err(Error::new(what)
+            .file(&other.file)
+            .help("a model is scored on recordings of the kind that it is learned from: others belong to --aux"));
+    }
     if !request.learn.iter().any(|session| session.kind == wanted) {
         let what = format!("none of the {} learning recordings is of kind {}", request.learn.len(), wanted.id());
         return Err(Error::new(what)

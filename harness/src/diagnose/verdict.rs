@@ -21,6 +21,8 @@ const Q_SIGMA: f64 = 4.0;
 const SCATTER_MAX: f64 = 2.5;
 /// A session further from the others than this, in declared standard deviations, is odd.
 const ODD: f64 = 4.0;
+/// Error on the test recordings over the noise floor, above which they contradict what was learned: as much again as the noise itself.
+const TEST_MAX: f64 = 1.5;
 /// A base value is wrong beyond this many standard deviations and this many declared repeatabilities.
 const WRONG_SD: f64 = 3.0;
 const WRONG_REPEATABILITY: f64 = 2.0;
@@ -135,8 +137,17 @@ pub fn decide(evidence: &Evidence<'_>, examined: &[Examined], shared: &Shared) -
     }
 }
 
+/// An answer that the test recordings contradict is none.
+pub fn after_test(verdict: Verdict, test: &BTreeMap<&'static str, TestScore>) -> Verdict {
+    if verdict.answers() && contradicted(test) { Verdict::Undecided } else { verdict }
+}
+
+fn contradicted(test: &BTreeMap<&'static str, TestScore>) -> bool {
+    test.values().any(|score| score.noise_floor > 0.0 && score.after > TEST_MAX * score.noise_floor)
+}
+
 /// Base values: nominal, fitted, and whether they are wrong.
-pub fn base_parameters(model: &Model, found: &Found, mass_ratio: f64) -> BTreeMap<String, BaseParameter> {
+pub fn base_parameters(model: &Model, found: &Found, mass_kg: f64) -> BTreeMap<String, BaseParameter> {
     let fit = &found.best.fit;
     let repeat = &model.repeatability;
     let rows = [
@@ -151,8 +162,8 @@ pub fn base_parameters(model: &Model, found: &Found, mass_ratio: f64) -> BTreeMa
         all.insert(name.to_string(), BaseParameter { nominal, fitted, sd, wrong });
     }
     let nominal = model.plant.mass_kg;
-    let wrong = (mass_ratio - 1.0).abs() > 1e-6;
-    all.insert("reduced_mass_kg".into(), BaseParameter { nominal, fitted: nominal * mass_ratio, sd: 0.0, wrong });
+    let wrong = (mass_kg / nominal - 1.0).abs() > 1e-6;
+    all.insert("reduced_mass_kg".into(), BaseParameter { nominal, fitted: mass_kg, sd: 0.0, wrong });
     all
 }
 
@@ -191,6 +202,12 @@ pub fn sentences(
     test: &BTreeMap<&'static str, TestScore>,
 ) -> Vec<String> {
     let mut out = vec![headline(verdict, evidence)];
+    if evidence.problem.runs.iter().filter(|run| run.case.is_impact()).count() < 2 {
+        out.push("Fewer than two sound impacts are left: nothing could be left out and told by the others.".into());
+    }
+    if contradicted(test) {
+        out.push("The test recordings stay above their noise: they were made on another rig or in another state, or they hold more than the others show.".into());
+    }
     out.extend(shared.convention.clone());
     for (one, session) in examined.iter().zip(sessions) {
         let name = session.file.file_name().unwrap_or_default().to_string_lossy();
@@ -248,6 +265,6 @@ fn headline(verdict: Verdict, evidence: &Evidence<'_>) -> String {
         Verdict::RecordingDefect => {
             "A recording is not what it says it is; settle that before any physics is blamed.".into()
         }
-        Verdict::Undecided => "These recordings cannot answer: fewer than two sound impacts are left.".into(),
+        Verdict::Undecided => "These recordings cannot answer.".into(),
     }
 }
