@@ -42,6 +42,15 @@ impl EffectText {
                 let limits = format!("{name} = {number} {} is outside [{}, {}]", param.unit, param.lower, param.upper);
                 return Err(bad(limits, "give a value inside".into()));
             }
+            if param.discrete && !param.starts.contains(&number) {
+                return Err(bad(
+                    format!("{name} = {number} is none of {:?}", param.starts),
+                    "choose one of them".into(),
+                ));
+            }
+            if values.iter().any(|(other, _)| other == name) {
+                return Err(bad(format!("{name} is given twice"), "give each parameter once".into()));
+            }
             values.push((name.to_string(), number));
         }
         Ok(EffectText { id: id.to_string(), values })

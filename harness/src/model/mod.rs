@@ -381,6 +381,10 @@ impl Model {
                 );
                 return at(what, Some(&param.name), "give a value inside, or remove the effect".into());
             }
+            if param.discrete && !param.starts.contains(&value) {
+                let what = format!("{}.{} = {value} is none of {:?}", effect.id, param.name, param.starts);
+                return at(what, Some(&param.name), "choose one of them, or remove the effect".into());
+            }
         }
         Ok(())
     }
