@@ -44,9 +44,10 @@ pub struct Arguments {
 impl Arguments {
     /// Does what was asked for.
     pub fn run(&self, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Exit, Error> {
-        let read = self.learn.iter().chain(&self.aux).chain(&self.test).chain([&self.model]).chain(&self.reading.map);
-        self.outputs.check(read.clone())?;
+        let read = self.learn.iter().chain(&self.aux).chain(&self.test).chain(&self.reading.map);
+        self.outputs.check(read.clone().chain([&self.model]))?;
         if let Some(path) = &self.write_model {
+            // The model itself may be written over, with --force.
             inputs::not_read(path, read.chain(&self.outputs.json).chain(&self.outputs.report))?;
             inputs::writable_new(path, self.force)?;
         }
