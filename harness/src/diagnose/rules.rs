@@ -21,6 +21,8 @@ pub struct Rules {
     pub shadow_gain: f64,
     /// … and is added beside it only if it is worth this share of it: otherwise only the exact form differs.
     pub shadow_worth: f64,
+    /// How many standard deviations the size of an effect is away from none, at least.
+    pub significance: f64,
     /// Least linear gain that is followed up by a fit: the signature at a start shows a third of what the right values would gain, so
     /// that nothing that could be accepted stays below.
     pub promise_min: f64,
@@ -41,6 +43,7 @@ impl Default for Rules {
             loss_share: 0.02,
             shadow_gain: 0.5,
             shadow_worth: 0.1,
+            significance: 3.0,
             promise_min: 2.0,
             promise_share: 0.02,
             near_share: 0.5,

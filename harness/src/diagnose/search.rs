@@ -5,7 +5,7 @@
 //! recording s rises. After each addition members are pruned and swapped, since the first pick may have imitated two others.
 
 use super::fit::{Fit, Signature, fit, fit_without, predictive, signature};
-use super::problem::{Problem, Scratch, Trial};
+use super::problem::{Knob, Problem, Scratch, Trial};
 pub use super::rules::Rules;
 use crate::model::{Chosen, RigKind};
 use rayon::prelude::*;
@@ -238,12 +238,21 @@ impl<'a> Search<'a> {
         let mut next = None;
         if let Some((row, tried)) = pick {
             let extra = tried.fit.knobs.len() - current.fit.knobs.len();
-            if self.accepts(&ranking[*row].gains, ranking[*row].gain, extra) {
+            if self.accepts(&ranking[*row].gains, ranking[*row].gain, extra) && !self.is_nought(&tried.fit) {
                 ranking[*row].accepted = true;
                 next = Some(tried.clone());
             }
         }
         (ranking, next)
+    }
+
+    /// Whether the size of the last effect cannot be told from none: then its gain is what the set before had left unfitted.
+    fn is_nought(&self, fit: &Fit) -> bool {
+        let Some((e, chosen)) = fit.trial.effects.iter().enumerate().last() else { return false };
+        let size = chosen.kind.size();
+        let estimate = fit.estimate(&Knob::Effect(e, size));
+        let far = |(value, sd): (f64, f64)| (value - chosen.kind.params[size].off).abs() / sd;
+        estimate.filter(|(_, sd)| sd.is_finite()).is_some_and(|estimate| far(estimate) < self.rules.significance)
     }
 
     /// Whether an effect that imitated an accepted one would now be added for a trifle.
