@@ -248,9 +248,9 @@ impl<'a> Search<'a> {
 
     /// Whether the size of the last effect cannot be told from none: then its gain is what the set before had left unfitted.
     fn is_nought(&self, fit: &Fit) -> bool {
-        let Some((e, chosen)) = fit.trial.effects.iter().enumerate().last() else { return false };
+        let Some(chosen) = fit.trial.effects.last() else { return false };
         let size = chosen.kind.size();
-        let estimate = fit.estimate(&Knob::Effect(e, size));
+        let estimate = fit.estimate(&Knob::Effect(fit.trial.effects.len() - 1, size));
         let far = |(value, sd): (f64, f64)| (value - chosen.kind.params[size].off).abs() / sd;
         estimate.filter(|(_, sd)| sd.is_finite()).is_some_and(|estimate| far(estimate) < self.rules.significance)
     }
