@@ -189,6 +189,7 @@ where
                 let applied = clamps.applied.map_or(S::Wrench::default(), |all| all[loop_index.min(all.len() - 1)]);
                 let heard = Heard {
                     sensed: sample.as_ref(),
+                    commanded: &signals.commanded,
                     measured: &signals.measured,
                     interface: &signals.interface,
                     applied,

@@ -44,8 +44,10 @@ pub trait Rig<S: Space>: Send + Sync {
 }
 
 /// A docking cell along one axis: satellites in software, a robot, a device in contact, a force sensor.
+///
+/// Device and compensator are type parameters, so that a step does not ask which ones they are.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DockingAxis {
+pub struct DockingAxis<Law = SpringDashpot, Software = Hybrid> {
     /// Satellites.
     pub plant: PointMass,
     /// Link.
@@ -55,13 +57,13 @@ pub struct DockingAxis {
     /// Read-back.
     pub readout: Readout,
     /// Device.
-    pub law: SpringDashpot,
+    pub law: Law,
     /// Sensor.
     pub sensor: AxisCell,
     /// Noise of the sensor, in the loop and in the log.
     pub noise: SensorNoise,
     /// Compensator.
-    pub compensator: Hybrid,
+    pub compensator: Software,
 }
 
 /// An axis that a known force drives: no satellites, no robot, no sensor.
@@ -79,43 +81,70 @@ pub struct DriveAxis {
     pub sensor: AxisCell,
 }
 
-macro_rules! parts {
-    ($rig:ty, $robot:ty, $compensator:ty, $self:ident, $robot_of:expr, $compensator_of:expr) => {
-        impl Rig<Axis> for $rig {
-            type Plant = PointMass;
-            type Robot = $robot;
-            type Geometry = Plane;
-            type Law = SpringDashpot;
-            type Sensor = AxisCell;
-            type Compensator = $compensator;
+impl<Law: ContactLaw<Axis>, Software: Compensator<Axis>> Rig<Axis> for DockingAxis<Law, Software> {
+    type Plant = PointMass;
+    type Robot = StraightLine;
+    type Geometry = Plane;
+    type Law = Law;
+    type Sensor = AxisCell;
+    type Compensator = Software;
 
-            fn plant(&self) -> &PointMass {
-                &self.plant
-            }
-            fn link(&self) -> &Link {
-                &self.link
-            }
-            fn robot(&$self) -> &$robot {
-                $robot_of
-            }
-            fn readout(&self) -> &Readout {
-                &self.readout
-            }
-            fn geometry(&self) -> &Plane {
-                &Plane
-            }
-            fn law(&self) -> &SpringDashpot {
-                &self.law
-            }
-            fn sensor(&self) -> &AxisCell {
-                &self.sensor
-            }
-            fn compensator(&$self) -> &$compensator {
-                $compensator_of
-            }
-        }
-    };
+    fn plant(&self) -> &PointMass {
+        &self.plant
+    }
+    fn link(&self) -> &Link {
+        &self.link
+    }
+    fn robot(&self) -> &StraightLine {
+        &self.robot
+    }
+    fn readout(&self) -> &Readout {
+        &self.readout
+    }
+    fn geometry(&self) -> &Plane {
+        &Plane
+    }
+    fn law(&self) -> &Law {
+        &self.law
+    }
+    fn sensor(&self) -> &AxisCell {
+        &self.sensor
+    }
+    fn compensator(&self) -> &Software {
+        &self.compensator
+    }
 }
 
-parts!(DockingAxis, StraightLine, Hybrid, self, &self.robot, &self.compensator);
-parts!(DriveAxis, Rigid, Applied, self, &Rigid, &Applied);
+impl Rig<Axis> for DriveAxis {
+    type Plant = PointMass;
+    type Robot = Rigid;
+    type Geometry = Plane;
+    type Law = SpringDashpot;
+    type Sensor = AxisCell;
+    type Compensator = Applied;
+
+    fn plant(&self) -> &PointMass {
+        &self.plant
+    }
+    fn link(&self) -> &Link {
+        &self.link
+    }
+    fn robot(&self) -> &Rigid {
+        &Rigid
+    }
+    fn readout(&self) -> &Readout {
+        &self.readout
+    }
+    fn geometry(&self) -> &Plane {
+        &Plane
+    }
+    fn law(&self) -> &SpringDashpot {
+        &self.law
+    }
+    fn sensor(&self) -> &AxisCell {
+        &self.sensor
+    }
+    fn compensator(&self) -> &Applied {
+        &Applied
+    }
+}

@@ -224,11 +224,22 @@ pub struct Touch {
     pub normal: Vector3<f64>,
     /// Contact point in the nozzle frame.
     pub point_m: Vector3<f64>,
+    /// From the probe tip to the contact point, in the nozzle frame: the arm of the contact force.
+    pub arm_m: Vector3<f64>,
+    /// Velocity of the probe at the contact point across the normal, relative to the nozzle, in the nozzle frame.
+    pub slip_m_per_s: Vector3<f64>,
 }
 
 impl Default for Touch {
     fn default() -> Self {
-        Touch { depth_m: 0.0, rate_m_per_s: 0.0, normal: -Vector3::z(), point_m: Vector3::zeros() }
+        Touch {
+            depth_m: 0.0,
+            rate_m_per_s: 0.0,
+            normal: -Vector3::z(),
+            point_m: Vector3::zeros(),
+            arm_m: Vector3::zeros(),
+            slip_m_per_s: Vector3::zeros(),
+        }
     }
 }
 

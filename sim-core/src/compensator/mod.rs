@@ -22,6 +22,8 @@ pub trait Compensator<S: Space>: Send + Sync {
 pub struct Heard<'a, S: Space> {
     /// The newest sample of the force sensor; none before its first.
     pub sensed: Option<&'a S::Wrench>,
+    /// The motion that the satellites asked for at this tick.
+    pub commanded: &'a S::Motion,
     /// The newest pose that the robot controller reports.
     pub measured: &'a S::Motion,
     /// The force at the interface, for rigs whose mechanics closes the loop.
