@@ -26,6 +26,7 @@ pub mod link;
 pub mod plant;
 pub mod readout;
 pub mod recorder;
+pub mod refusal;
 pub mod restitution;
 pub mod rig;
 pub mod rng;

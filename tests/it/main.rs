@@ -8,6 +8,7 @@ mod determinism;
 mod effects;
 mod hidden;
 mod mistakes;
+mod oracles;
 mod page;
 mod physics;
 mod recording;
