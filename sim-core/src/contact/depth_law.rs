@@ -33,9 +33,7 @@ impl<L: DepthLaw> ContactLaw<Spatial> for L {
     }
 
     fn clamped(&self, touch: &Touch, force: &ContactForce<Spatial>) -> Wrench {
-        let total = force.total();
-        let pressing_n = touch.normal.dot(&total.force_n);
-        if self.sides().carries(touch.depth_m, pressing_n) { total } else { Wrench::default() }
+        self.sides().clamped(touch, force)
     }
 }
 

@@ -3,6 +3,8 @@
 //! With damping, the force is zero before the depth is, and the two definitions of release part: a contact that lets go at f = 0
 //! never pulls; one that lets go at d = 0 pulls between. `restitution` has the formulas of both.
 
+use crate::signals::ContactForce;
+use crate::space::{Spatial, Touch, Wrench};
 use serde::{Deserialize, Serialize};
 
 /// Whether the law may pull.
@@ -25,5 +27,11 @@ impl Sides {
             Sides::OnePulling => depth_m > 0.0,
             Sides::One => depth_m > 0.0 && pressing_n > 0.0,
         }
+    }
+
+    /// The sum of the terms, or nothing: in space, what presses is the part along the normal on the probe.
+    pub fn clamped(self, touch: &Touch, force: &ContactForce<Spatial>) -> Wrench {
+        let total = force.total();
+        if self.carries(touch.depth_m, touch.normal.dot(&total.force_n)) { total } else { Wrench::default() }
     }
 }

@@ -7,13 +7,20 @@ use crate::space::Space;
 
 mod cone;
 mod funnel;
+mod peg;
 mod place;
 mod plane;
+mod ring;
 pub use cone::Cone;
+pub use peg::Peg;
 pub use plane::Plane;
+pub use ring::Ring;
 
 /// Turns the achieved motion into a penetration.
 pub trait Geometry<S: Space>: Send + Sync {
     /// Depth, rate and place.
     fn touch(&self, achieved: &S::Motion) -> S::Touch;
 }
+
+#[cfg(test)]
+mod places;

@@ -3,7 +3,7 @@
 use crate::space::{Motion, Touch};
 use nalgebra::Vector3;
 
-/// Components of `normal` (radial, along z) at a point of the nozzle frame: `1e-12 m` from the axis counts as on it.
+/// Closer to the axis than this counts as on it: far below a tracking error, far above rounding.
 const ON_AXIS_M: f64 = 1e-12;
 
 /// The touch at the point `arm_m` away from the probe tip, where the unit normal on the probe is `normal`.
