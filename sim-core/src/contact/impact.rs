@@ -1,4 +1,4 @@
-//! Every law in an impact without delay, integrated in fine steps, against what is known of it in closed form.
+//! Every law in an impact without delay, integrated in fine steps, against what is known of it in closed form. Built under `#[cfg(test)]` alone.
 
 use super::*;
 use crate::restitution;

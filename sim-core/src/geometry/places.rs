@@ -1,4 +1,4 @@
-//! Geometries at places where depth and normal are known by hand, and what is refused.
+//! Geometries at places where depth and normal are known by hand, and what is refused. Built under `#[cfg(test)]` alone.
 
 use super::*;
 use crate::space::{Axis, AxisMotion, Motion, Path, Spatial, Touch};
