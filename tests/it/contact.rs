@@ -104,7 +104,10 @@ proptest! {
             // A smooth normal turns by less than 4 step / CLEAR_M = 8e-4; anything else is an edge between two places.
             prop_assume!((more.normal - less.normal).norm() < 1e-3);
             let slope = (more.depth_m - less.depth_m) / (2.0 * STEP_M);
-            prop_assert!((slope + touch.normal[axis]).abs() < SLOPE, "{slope} {}", touch.normal[axis]);
+            // Where a face becomes a circle the curvature jumps, and the difference is off by up to a quarter of how much the normal
+            // bends there.
+            let bend = (more.normal + less.normal - touch.normal * 2.0).norm();
+            prop_assert!((slope + touch.normal[axis]).abs() < SLOPE + bend, "{slope} {}", touch.normal[axis]);
         }
     }
 
@@ -120,7 +123,8 @@ proptest! {
         let slope = (later.depth_m - earlier.depth_m) / (2.0 * STEP_S);
         // In the time of a step a point of the probe moves by up to 0.4 m/s times it: the same error, over that way, times that speed.
         let tolerance = SLOPE * (0.4 * STEP_S / STEP_M) * (0.4 * STEP_S / STEP_M) * 0.4;
-        prop_assert!((slope - touch.rate_m_per_s).abs() < tolerance, "{slope} {touch:?}");
+        let bend = (later.rate_m_per_s + earlier.rate_m_per_s - 2.0 * touch.rate_m_per_s).abs();
+        prop_assert!((slope - touch.rate_m_per_s).abs() < tolerance + bend, "{slope} {touch:?}");
         let velocity = here.velocity_m_per_s + here.rate_rad_per_s.cross(&touch.arm_m);
         prop_assert!((velocity - touch.slip_m_per_s + touch.normal * touch.rate_m_per_s).norm() < 1e-15);
         prop_assert!(touch.slip_m_per_s.dot(&touch.normal).abs() < 1e-15);
