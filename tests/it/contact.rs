@@ -82,7 +82,7 @@ proptest! {
     fn the_gap_has_no_steps(which in 0..4_usize, numbers in numbers(), way in -9.0..-1.0_f64, to in prop::array::uniform3(-1.0..1.0)) {
         let place = &places()[which];
         let here = motion(place, &numbers);
-        let by = Vector3::from(to) * 10.0_f64.powf(way);
+        let by = Vector3::from(to) * libm::pow(10.0, way);
         let there = Motion { position_m: here.position_m + by, ..here };
         let (a, b) = (place.geometry.touch(&here), place.geometry.touch(&there));
         prop_assume!(meant(place, &a) && meant(place, &b));
