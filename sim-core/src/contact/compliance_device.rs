@@ -181,6 +181,32 @@ mod tests {
         assert!((open.torque_n_m - Vector3::new(0.16, 0.0, 0.0)).norm() < 1e-12);
     }
 
+    /// The same springs, told from another point and in other axes. One more spring takes up the force that the others leave open,
+    /// since a held device has another stiffness about another point.
+    #[test]
+    fn a_tensor_can_be_carried_to_the_probe_tip() {
+        let mut springs = upright(3, 0.05).springs;
+        springs[1].platform_m.x += 0.03;
+        let open_n = ComplianceDevice::new(springs.clone()).unwrap().wrench().force_n;
+        let platform_m = Vector3::new(0.02, -0.01, 0.04);
+        let base_m = platform_m + open_n.normalize() * 0.1;
+        // It pushes back with 0.02 m of what it takes.
+        springs.push(Spring { base_m, platform_m, stiffness_n_per_m: open_n.norm() / 0.02, free_length_m: 0.12 });
+        let device = ComplianceDevice::new(springs.clone()).unwrap();
+        assert!(device.wrench().force_n.norm() < 1e-12);
+
+        let (to_m, turn) = (Vector3::new(0.1, 0.2, 0.5), UnitQuaternion::from_euler_angles(0.3, -0.2, 0.9));
+        let moved = springs.iter().map(|spring| Spring {
+            base_m: turn * (spring.base_m - to_m),
+            platform_m: turn * (spring.platform_m - to_m),
+            ..*spring
+        });
+        let direct = ComplianceDevice::new(moved.collect()).unwrap().stiffness().0;
+        let carried = device.stiffness().about(&to_m).turned(&turn).0;
+        // Some forty products of entries up to the largest.
+        assert!((direct - carried).abs().max() < 64.0 * f64::EPSILON * direct.abs().max(), "{}", direct - carried);
+    }
+
     #[test]
     fn a_device_without_springs_or_without_length_is_refused() {
         let spring = Spring {
