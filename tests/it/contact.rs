@@ -3,8 +3,13 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use sim_core::contact::{ContactLaw, DepthLaw, Empirical, Friction, Hertz, HuntCrossley, Row, Sides, SpringDashpot};
+use sim_core::effect::Context;
+use sim_core::effects::standard;
 use sim_core::geometry::{Cone, Geometry, Peg, Plane, Ring};
+use sim_core::rng::Streams;
+use sim_core::signals::Signals;
 use sim_core::space::{Axis, AxisTouch, Motion, Path, Spatial, Touch, Wrench};
+use sim_core::time::{Nanos, Step};
 
 /// A geometry, the radius of what touches, and the middle and the half width of the places to try.
 struct Place {
@@ -250,5 +255,38 @@ fn a_law_is_the_same_along_the_axis_and_in_space() {
         let touch = Touch { depth_m, rate_m_per_s, ..Touch::default() };
         let wrench = space.clamped(&touch, &space.force(&touch));
         assert_eq!(wrench, Wrench { force_n: Vector3::new(0.0, 0.0, -1.0) * force_n, ..Wrench::default() });
+    }
+}
+
+/// The force of a spring with an effect of the catalogue on it.
+fn with_effect(id: &str, value: f64, touch: &AxisTouch, spring: &SpringDashpot) -> f64 {
+    let built = (standard().get(id).unwrap().build)(&[value]);
+    let context = Context {
+        step: Step { index: 0, now: Nanos(0), dt: Nanos(1_000_000) },
+        memory: &mut [],
+        random: &mut Streams::new(1).named(id),
+    };
+    let mut force = spring.resistance(touch);
+    built.contact(context, &Signals { touch: *touch, ..Signals::default() }, &mut force);
+    force.total()
+}
+
+/// What a diagnosis calls an effect on a linear spring is a law of its own: the same force from both.
+#[test]
+fn the_laws_say_what_the_effects_of_the_same_name_say() {
+    let spring = SpringDashpot { stiffness_n_per_m: 1066.0, damping_n_s_per_m: 0.0, sides: Sides::One };
+    let power = Hertz::agreeing(1066.0, 0.005, 1.4).unwrap();
+    let hunt = HuntCrossley::new(1066.0, 1.0, 2.0, Sides::One).unwrap();
+    for depth_m in [0.0005, 0.005, 0.02] {
+        for rate_m_per_s in [-0.03, 0.0, 0.04] {
+            let touch = AxisTouch { depth_m, rate_m_per_s };
+            let same = |law: &dyn DepthLaw, effect_n: f64| {
+                let law_n = law.resistance(&touch).total();
+                // Two powers, each to an ulp or two, and the scale between them.
+                assert!((law_n - effect_n).abs() <= 16.0 * f64::EPSILON * law_n.abs(), "{law_n} {effect_n}");
+            };
+            same(&power, with_effect("stiffness-power-law", 1.4, &touch, &spring));
+            same(&hunt, with_effect("hunt-crossley", 1.5 * 2.0 * 1066.0, &touch, &spring));
+        }
     }
 }
