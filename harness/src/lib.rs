@@ -14,3 +14,4 @@ pub mod model;
 pub mod recording;
 pub mod report;
 pub mod simulate;
+pub mod stability;

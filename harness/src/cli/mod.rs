@@ -13,6 +13,7 @@ mod ladder;
 mod model;
 mod outcome;
 mod progress;
+mod stability;
 
 pub use console::{Console, Look};
 pub use outcome::Exit;
@@ -53,6 +54,8 @@ enum Command {
     Diagnose(diagnose::Arguments),
     /// Show how the error falls on the test recordings, effect by effect.
     Ladder(ladder::Arguments),
+    /// Say whether a loop is stable, how far from the edge, who contributes what, what to change.
+    Stability(stability::Arguments),
     /// Write recordings and a model to a folder, and go all the way from error to effect.
     Demo(demo::Arguments),
 }
@@ -133,6 +136,7 @@ impl Command {
             Command::Compare(arguments) => arguments.run(catalog, console),
             Command::Diagnose(arguments) => arguments.run(catalog, console),
             Command::Ladder(arguments) => arguments.run(catalog, console),
+            Command::Stability(arguments) => arguments.run(catalog, console),
             Command::Demo(arguments) => arguments.run(catalog, console),
         }
     }

@@ -13,6 +13,7 @@
 //! | `ladder` | the error ladder, also as a page of its own |
 //! | `comparison` | the page of a comparison: limits, blocks, quantities |
 //! | `compared` | curves of a comparison |
+//! | `stability` | the page of `dockhil stability` |
 //! | `words` | numbers, units and names as text |
 
 mod compared;
@@ -23,9 +24,11 @@ mod maps;
 mod missing;
 mod quantities;
 mod signals;
+mod stability;
 mod table;
 pub mod words;
 
 pub use comparison::comparison;
 pub use diagnosis::diagnosis;
 pub use ladder::ladder_page;
+pub use stability::stability_page;
