@@ -14,6 +14,7 @@ mod physics;
 mod recording;
 mod sets;
 mod shell;
+mod stability;
 mod story;
 mod story_compare;
 mod tidy;
