@@ -45,12 +45,12 @@ fn o1_the_critical_delay_is_the_one_of_the_table() {
     for (mass, stiffness, damping, delay_ms, digit_ms) in CRITICAL_DELAYS {
         let found = critical_delay(mass, stiffness, damping).unwrap();
         assert!((found.delay_s * 1e3 - delay_ms).abs() <= digit_ms, "{mass} {stiffness} {damping}: {found:?}");
-        // The closed form balances m s² + (b s + k) e^{-hs} on the axis, to 1e-9 of its largest term and far below.
+        // The closed form balances m s² + (b s + k) e^{-hs} on the axis, to the rounding of its largest term.
         let (w, h) = (found.frequency_rad_per_s, found.delay_s);
         let (sin, cos) = (libm::sin(w * h), libm::cos(w * h));
         let real = -mass * w * w + stiffness * cos + damping * w * sin;
         let imaginary = damping * w * cos - stiffness * sin;
-        assert!(real.abs().max(imaginary.abs()) < 1e-9 * mass * w * w, "{real} {imaginary}");
+        assert!(real.abs().max(imaginary.abs()) < 1e-14 * mass * w * w, "{real} {imaginary}");
     }
     assert_eq!(critical_delay(60.0, 1000.0, 0.0), None, "without damping any delay destabilises");
 }
