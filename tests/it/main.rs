@@ -15,6 +15,7 @@ mod physics;
 mod recording;
 mod sets;
 mod shell;
+mod stability;
 mod stability_command;
 mod story;
 mod story_compare;
