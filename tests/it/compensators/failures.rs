@@ -4,7 +4,7 @@ use super::bench::{
     BELIEVED_S, Device, MASS_KG, SPEED_M_PER_S, STIFFNESS_N_PER_M, bench, compensated, restitution, run,
 };
 use sim_core::compensator::delay_compensation::{
-    EnergyTank, Extrapolation, Felt, IdentifiedResponse, Order, Passivity, PhaseLead, ResponseError, Side,
+    EnergyTank, Extrapolation, Felt, IdentifiedResponse, Order, Passivity, PhaseLead, ResponseError, Side, SmithLead,
     SmithPredictor, VirtualDamping,
 };
 use sim_core::compensator::{Compensation, DelayCompensation, Hybrid};
@@ -28,6 +28,16 @@ fn a_lead_multiplies_noise_by_thirteen() {
     lead.force_n(&mut state, &felt(0.0, 0.0, 0.0));
     let found = gain((0..10).map(|n| lead.force_n(&mut state, &felt(if n == 0 { 1.0 } else { 0.0 }, 0.0, 0.0))));
     assert!((found - 181_f64.sqrt()).abs() < 1e-12, "√(10² + 9²) = 13.5: {found}");
+}
+
+#[test]
+fn smith_and_lead_multiply_noise_by_more_than_a_lead() {
+    let method = SmithLead { delay_s: 0.036 };
+    let mut state = method.start(0.004);
+    method.force_n(&mut state, &felt(0.0, 0.0, 0.0));
+    let sample = |n: i32| felt(if n == 0 { 1.0 } else { 0.0 }, 0.0, 0.0);
+    let found = gain((0..200).map(|n| method.force_n(&mut state, &sample(n))));
+    assert!(found > 181_f64.sqrt() && (found - 19.1).abs() < 0.05, "{found}");
 }
 
 #[test]
