@@ -13,7 +13,8 @@
 //! | hardware | semi-implicit to explicit | at the end of the tick | 21.56 to 25.93 |
 //!
 //! The captions of thesis Fig. 4.12 and 4.13 call 0 and 20 N s/m active, 40 approximately neutral, 70 passive, and do not say
-//! for which loop. That it was the first one is a hypothesis; 'before the step' is what [`crate::closed_loop`] does.
+//! for which loop. That it was the first one is a hypothesis. 'Before the step' is what [`crate::closed_loop`] does: the pose of
+//! a tick is there for that tick's reading. 'At the end of the tick' it leaves after that reading, and counts one tick later.
 
 use super::PositionEstimator;
 use crate::refusal::Refusal;
