@@ -5,6 +5,7 @@ mod cli;
 mod compare;
 mod compensators;
 mod confusion;
+mod contact;
 mod determinism;
 mod effects;
 mod hidden;
