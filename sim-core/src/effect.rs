@@ -4,6 +4,7 @@
 //! rewrites its own: it implements the method named after that wire, and no other. It is called with the part's fresh output,
 //! so that nothing adds up while an output is held. Its memory is a slice of numbers, which can be copied and stored.
 
+use crate::refusal::{Refusal, positive};
 use crate::rng::Stream;
 use crate::signals::{ContactForce, Received, Signals, Wire};
 use crate::space::Space;
@@ -27,6 +28,24 @@ pub struct Rates {
     pub sensor_period: Nanos,
     /// First tick of the force sensor; the phase between the two clocks is worth up to one tick of delay.
     pub sensor_phase: Nanos,
+}
+
+impl Rates {
+    /// Refuses a physics step that does not divide every period and phase.
+    pub fn check(&self) -> Result<(), Refusal> {
+        let (name, value, unit) = ("physics_step_s", self.physics_step.seconds(), "s");
+        positive(name, value, unit)?;
+        let clocks = [
+            (self.loop_period, "does not divide the period of the loop"),
+            (self.loop_phase, "does not divide the phase of the loop"),
+            (self.sensor_period, "does not divide the period of the sensor"),
+            (self.sensor_phase, "does not divide the phase of the sensor"),
+        ];
+        match clocks.iter().find(|(time, _)| time.0 % self.physics_step.0 != 0) {
+            Some(&(_, limit)) => Err(Refusal { name, value, unit, limit }),
+            None => Ok(()),
+        }
+    }
 }
 
 /// What an effect may use besides the signals.

@@ -46,6 +46,7 @@ impl Compensator<Axis> for Hybrid {
         HybridState { before: measured.coasted(-period_s) }
     }
 
+    #[inline]
     fn feedback(&self, state: &mut HybridState, step: Step, heard: Heard<'_, Axis>) -> f64 {
         let measured = heard.measured;
         let known_n = self.bias_n + weight_along_axis_n(self.tool_weight_n, measured);
@@ -61,5 +62,9 @@ impl Compensator<Axis> for Hybrid {
         } else {
             felt_n
         }
+    }
+
+    fn reads_acceleration(&self) -> bool {
+        false
     }
 }

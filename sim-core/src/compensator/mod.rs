@@ -16,6 +16,10 @@ pub trait Compensator<S: Space>: Send + Sync {
     fn start(&self, measured: &S::Motion, period_s: f64) -> Self::State;
     /// The net force at this tick; positive resists closing.
     fn feedback(&self, state: &mut Self::State, step: Step, heard: Heard<'_, S>) -> S::Wrench;
+    /// Whether it reads the acceleration of the measured pose; one that says no spares a run its computation.
+    fn reads_acceleration(&self) -> bool {
+        true
+    }
 }
 
 /// What a compensator can hear.

@@ -41,6 +41,7 @@ impl SensorNoise {
     pub const NONE: SensorNoise = SensorNoise { white_n: 0.0, slow_n: 0.0, memory: 0.0, quantum_n: 0.0 };
 
     /// The sample that is read at a tick of the sensor; `slow_n` carries the slow part from sample to sample.
+    #[inline]
     pub fn sample(&self, analogue_n: f64, slow_n: &mut f64, random: &mut Stream) -> f64 {
         if *self == SensorNoise::NONE {
             return analogue_n;

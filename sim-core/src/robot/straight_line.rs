@@ -6,9 +6,12 @@
 //! The averaging over two sensor periods was found from free-flight recordings with a known extra tool mass, where it leaves
 //! 0.0855 N of a noise of 0.0853 N; the instantaneous velocity leaves 0.228 N.
 //!
+//! A line is worked out once, when its end is accepted; a step only asks how far along it the time is.
+//!
 //! Not modelled: bandwidth, resonance, saturation. These are effects.
 
 use super::Robot;
+use crate::refusal::{Refusal, positive};
 use crate::space::{Path, Space};
 
 /// How many commands it remembers: enough for 200 ms of dead time at 4 ms.
@@ -23,49 +26,65 @@ pub struct StraightLine {
     pub averaging_s: f64,
 }
 
+/// A command and the line that leads on from it.
+#[derive(Debug, Clone, Copy)]
+struct Knot<S: Space> {
+    due_s: f64,
+    /// How long the line takes; unknown until its end is accepted.
+    duration_s: f64,
+    line: <S::Motion as Path>::Line,
+    motion: S::Motion,
+}
+
 /// The commands that still matter, as a ring of knots.
 #[derive(Debug, Clone)]
 pub struct StraightLineState<S: Space> {
-    due_s: [f64; KNOTS],
-    motion: [S::Motion; KNOTS],
+    ring: [Knot<S>; KNOTS],
     /// How many knots were ever put in.
     count: usize,
-    /// The segment that held the last time asked for: it runs from knot `cursor` to the next one.
-    cursor: usize,
+    /// For each time asked for in a step, the knot at or before it: now, one averaging ago, one corner ago, both ago.
+    cursors: [usize; 4],
+}
+
+/// Where on the path a time is.
+enum Spot<'a, S: Space> {
+    /// On a line, at this share of it.
+    On(&'a <S::Motion as Path>::Line, f64),
+    /// On no line: the newest command is held, the oldest one came in along its own velocity.
+    Beyond(S::Motion),
 }
 
 impl<S: Space> StraightLineState<S> {
-    fn at(&self, knot: usize) -> (f64, &S::Motion) {
-        (self.due_s[knot % KNOTS], &self.motion[knot % KNOTS])
-    }
-
-    fn oldest(&self) -> usize {
-        self.count.saturating_sub(KNOTS)
-    }
-
-    /// The knot at or before `time_s`, searched from `near`.
-    fn segment(&self, time_s: f64, near: usize) -> usize {
-        let mut knot = near.clamp(self.oldest(), self.count - 1);
-        while knot + 1 < self.count && self.due_s[(knot + 1) % KNOTS] < time_s {
+    /// Where `time_s` is. A corner belongs to the line that ends there; times only grow from call to call with one `cursor`.
+    #[inline]
+    fn spot(&mut self, cursor: usize, time_s: f64) -> Spot<'_, S> {
+        let mut knot = self.cursors[cursor].max(self.count.saturating_sub(KNOTS));
+        while knot + 1 < self.count && self.ring[(knot + 1) % KNOTS].due_s < time_s {
             knot += 1;
         }
-        while knot > self.oldest() && self.due_s[knot % KNOTS] >= time_s {
-            knot -= 1;
+        self.cursors[cursor] = knot;
+        let at = &self.ring[knot % KNOTS];
+        if knot + 1 == self.count || time_s < at.due_s {
+            let outside_s = if time_s < at.due_s { time_s - at.due_s } else { 0.0 };
+            return Spot::Beyond(at.motion.coasted(outside_s));
         }
-        knot
+        Spot::On(&at.line, (time_s - at.due_s) / at.duration_s)
     }
 
-    /// The pose at `time_s`; a corner belongs to the line that ends there.
-    fn pose(&self, time_s: f64, near: usize) -> S::Motion {
-        let knot = self.segment(time_s, near);
-        let (from_s, from) = self.at(knot);
-        if knot + 1 == self.count || time_s < from_s {
-            // Beyond the newest command it holds; before the oldest it comes in along the first line.
-            let outside_s = if time_s < from_s { time_s - from_s } else { 0.0 };
-            return from.coasted(outside_s);
+    #[inline]
+    fn pose(&mut self, cursor: usize, time_s: f64) -> S::Motion {
+        match self.spot(cursor, time_s) {
+            Spot::On(line, share) => S::Motion::on(line, share),
+            Spot::Beyond(motion) => motion,
         }
-        let (to_s, to) = self.at(knot + 1);
-        S::Motion::on_line(from, to, (time_s - from_s) / (to_s - from_s), to_s - from_s)
+    }
+
+    #[inline]
+    fn place(&mut self, cursor: usize, time_s: f64) -> <S::Motion as Path>::Place {
+        match self.spot(cursor, time_s) {
+            Spot::On(line, share) => S::Motion::place_on(line, share),
+            Spot::Beyond(motion) => motion.place(),
+        }
     }
 }
 
@@ -73,27 +92,40 @@ impl<S: Space> Robot<S> for StraightLine {
     type State = StraightLineState<S>;
 
     fn start(&self, first: &S::Motion, due_s: f64) -> StraightLineState<S> {
-        StraightLineState { due_s: [due_s; KNOTS], motion: [*first; KNOTS], count: 1, cursor: 0 }
+        let knot = Knot { due_s, duration_s: 0.0, line: Default::default(), motion: *first };
+        StraightLineState { ring: [knot; KNOTS], count: 1, cursors: [0; 4] }
     }
 
+    #[inline]
     fn accept(&self, state: &mut StraightLineState<S>, due_s: f64, command: &S::Motion) {
-        let slot = state.count % KNOTS;
-        let newest_s = state.due_s[(state.count + KNOTS - 1) % KNOTS];
+        let newest = &mut state.ring[(state.count + KNOTS - 1) % KNOTS];
         // Packets never overtake: one that is late by less than its predecessor waits for it.
-        state.due_s[slot] = due_s.max(newest_s + 1e-9);
-        state.motion[slot] = *command;
+        let due_s = due_s.max(newest.due_s + 1e-9);
+        newest.duration_s = due_s - newest.due_s;
+        newest.line = S::Motion::line(&newest.motion, command, newest.duration_s);
+        let next = &mut state.ring[state.count % KNOTS];
+        (next.due_s, next.motion) = (due_s, *command);
         state.count += 1;
     }
 
+    #[inline]
     fn motion(&self, state: &mut StraightLineState<S>, now_s: f64) -> S::Motion {
-        state.cursor = state.segment(now_s, state.cursor);
-        let near = state.cursor;
-        let now = state.pose(now_s, near);
-        let mean = |end: &S::Motion, end_s: f64| {
-            S::Motion::on_line(&state.pose(end_s - self.averaging_s, near), end, 1.0, self.averaging_s)
-        };
         let before_s = now_s - self.corner_s;
-        let before = state.pose(before_s, near);
-        now.with_acceleration(&mean(&now, now_s), &mean(&before, before_s), self.corner_s)
+        let now = state.pose(0, now_s);
+        let mean_now = (now.place() - state.place(1, now_s - self.averaging_s)) / self.averaging_s;
+        let before = state.place(2, before_s);
+        let mean_before = (before - state.place(3, before_s - self.averaging_s)) / self.averaging_s;
+        now.accelerated((mean_now - mean_before) / self.corner_s)
+    }
+
+    #[inline]
+    fn pose(&self, state: &mut StraightLineState<S>, now_s: f64) -> S::Motion {
+        state.pose(0, now_s)
+    }
+
+    fn check(&self) -> Result<(), Refusal> {
+        positive("corner_s", self.corner_s, "s")?;
+        positive("averaging_s", self.averaging_s, "s")?;
+        Ok(())
     }
 }
