@@ -80,6 +80,10 @@ pub trait Effect<S: Space>: Send + Sync {
     fn contact(&self, _context: Context<'_>, _seen: &Signals<S>, _out: &mut ContactForce<S>) {}
     /// Rewrites the sensor's analogue reading, at each physics step.
     fn sensed(&self, _context: Context<'_>, _seen: &Signals<S>, _out: &mut S::Wrench) {}
+    /// Whether it looks at an acceleration; an effect that says no spares a run its computation.
+    fn reads_acceleration(&self) -> bool {
+        true
+    }
     /// By how much the recorder's stamps of the force stream are late against the robot's stream, in s.
     fn stamp_offset_s(&self) -> f64 {
         0.0

@@ -8,7 +8,8 @@ use alloc::vec::Vec;
 /// Which columns a run fills; what nobody asks for costs nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Columns {
-    /// Commanded, received, measured, feedback and the motion after the tick, at each tick of the loop.
+    /// Commanded, received, measured, feedback and the motion after the tick, at each tick of the loop; the acceleration of
+    /// what is measured only where something in the loop reads it.
     pub loop_ticks: bool,
     /// The analogue reading, the interface force and the touch, at each tick of the sensor.
     pub sensor_ticks: bool,

@@ -37,8 +37,8 @@ impl<S: Space> History<S> {
 
     /// Puts the newest pose in.
     #[inline]
-    pub fn push(&mut self, newest: &S::Motion) {
-        self.ring[self.head] = *newest;
+    pub fn push(&mut self, newest: S::Motion) {
+        self.ring[self.head] = newest;
         self.head = if self.head + 1 == self.ring.len() { 0 } else { self.head + 1 };
     }
 

@@ -45,6 +45,17 @@ impl<S: Space> Default for Clamps<'_, S> {
     }
 }
 
+impl<S: Space> Clamps<'_, S> {
+    /// Whether any wire is clamped.
+    fn any(&self) -> bool {
+        self.commanded.is_some()
+            || self.achieved.is_some()
+            || self.measured.is_some()
+            || self.sensed.is_some()
+            || self.applied.is_some()
+    }
+}
+
 /// How long, from where, and with which randomness.
 #[derive(Debug, Clone, Copy)]
 pub struct Start<S: Space> {
@@ -104,11 +115,13 @@ impl<'a, S: Space, R: Rig<S>> ClosedLoop<'a, S, R> {
         let ticks = |period: Nanos| (length.0 / period.0.max(1)) as usize + 1;
         let rates = &self.rates;
         trace.reserve(columns, ticks(rates.loop_period), ticks(rates.sensor_period), ticks(rates.physics_step));
-        // A run without effects is compiled for itself: it skips what no effect could look at.
-        if self.effects.is_empty() {
-            Run::<S, R, false>::new(self, start, clamps, columns).steps(trace);
-        } else {
-            Run::<S, R, true>::new(self, start, clamps, columns).steps(trace);
+        // What a run leaves out it does not ask about at each step: each of these is compiled for itself.
+        let clamped = columns.achieved || columns.measured || clamps.any();
+        match (self.effects.is_empty(), clamped) {
+            (true, false) => Run::<S, R, false, false>::new(self, start, clamps, columns).steps(trace),
+            (true, true) => Run::<S, R, false, true>::new(self, start, clamps, columns).steps(trace),
+            (false, false) => Run::<S, R, true, false>::new(self, start, clamps, columns).steps(trace),
+            (false, true) => Run::<S, R, true, true>::new(self, start, clamps, columns).steps(trace),
         }
     }
 }

@@ -16,14 +16,16 @@ use crate::space::{Path, Space};
 use crate::time::{Clock, Nanos, Step};
 use crate::trace::{Columns, Trace};
 
-/// Everything that changes while a loop runs. Without `EFFECTS` nobody can look at a wire between the ticks of its readers.
-pub(super) struct Run<'a, S: Space, R: Rig<S>, const EFFECTS: bool> {
+/// Everything that changes while a loop runs. Without `EFFECTS` nobody can look at a wire between the ticks of its readers;
+/// without `CLAMPED` no wire is clamped, and no column wants every physics step.
+pub(super) struct Run<'a, S: Space, R: Rig<S>, const EFFECTS: bool, const CLAMPED: bool> {
     of: &'a ClosedLoop<'a, S, R>,
     start: &'a Start<S>,
     clamps: &'a Clamps<'a, S>,
     columns: Columns,
     /// Whether anything reads the robot's acceleration.
     accelerated: bool,
+    silent: bool,
     signals: Signals<S>,
     memories: Memories,
     satellites: <R::Plant as Plant<S>>::State,
@@ -37,21 +39,23 @@ pub(super) struct Run<'a, S: Space, R: Rig<S>, const EFFECTS: bool> {
     sensor_index: usize,
 }
 
-impl<'a, S: Space, R: Rig<S>, const EFFECTS: bool> Run<'a, S, R, EFFECTS> {
+impl<'a, S: Space, R: Rig<S>, const EFFECTS: bool, const CLAMPED: bool> Run<'a, S, R, EFFECTS, CLAMPED> {
     pub fn new(of: &'a ClosedLoop<'a, S, R>, start: &'a Start<S>, clamps: &'a Clamps<'a, S>, columns: Columns) -> Self {
         let (rig, rates) = (of.rig, &of.rates);
         let signals = first_signals(rig, start, clamps);
         let first_due_s = rig.link().due_s(rates.loop_phase, &signals.received);
-        let asked = columns.loop_ticks || columns.achieved || columns.measured;
+        let accelerated = columns.achieved
+            || columns.measured
+            || of.effects.iter().any(|attached| attached.effect.reads_acceleration())
+            || rig.sensor().reads_acceleration()
+            || rig.compensator().reads_acceleration();
         Run {
             of,
             start,
             clamps,
             columns,
-            accelerated: EFFECTS
-                || asked
-                || rig.sensor().reads_acceleration()
-                || rig.compensator().reads_acceleration(),
+            accelerated,
+            silent: S::Wrench::silent(&start.noise),
             memories: Memories::new(of.effects, rates, start, &signals),
             satellites: rig.plant().start(&start.first),
             robot: rig.robot().start(&signals.received.motion, first_due_s),
@@ -79,10 +83,10 @@ impl<'a, S: Space, R: Rig<S>, const EFFECTS: bool> Run<'a, S, R, EFFECTS> {
             if loop_ticks {
                 self.command(now);
             }
-            self.follow(index, step);
-            self.read_back(index, step, loop_ticks);
+            let achieved = self.follow(index, step);
+            self.read_back(index, step, achieved, loop_ticks);
             if EFFECTS || loop_ticks || sensor_ticks {
-                self.touch(step);
+                self.touch(step, achieved);
             }
             if sensor_ticks {
                 self.sense(now, trace);
@@ -90,10 +94,10 @@ impl<'a, S: Space, R: Rig<S>, const EFFECTS: bool> Run<'a, S, R, EFFECTS> {
             if loop_ticks {
                 self.feed_back(now, trace);
             }
-            if self.columns.achieved {
+            if CLAMPED && self.columns.achieved {
                 trace.achieved.push(self.signals.achieved);
             }
-            if self.columns.measured {
+            if CLAMPED && self.columns.measured {
                 trace.measured_steps.push(self.signals.measured);
             }
             now = now + rates.physics_step;
@@ -101,12 +105,12 @@ impl<'a, S: Space, R: Rig<S>, const EFFECTS: bool> Run<'a, S, R, EFFECTS> {
     }
 
     /// The satellites issue their position, and the robot receives it.
-    #[inline]
+    #[inline(always)]
     fn command(&mut self, now: Nanos) {
         let rig = self.of.rig;
         self.signals.commanded = match self.clamps.commanded {
-            Some(recorded) => recorded[self.loop_index.min(recorded.len() - 1)],
-            None => rig.plant().motion(&self.satellites),
+            Some(recorded) if CLAMPED => recorded[self.loop_index.min(recorded.len() - 1)],
+            _ => rig.plant().motion(&self.satellites),
         };
         let mut fresh = rig.link().receive::<S>(&self.signals.commanded);
         if EFFECTS {
@@ -125,42 +129,46 @@ impl<'a, S: Space, R: Rig<S>, const EFFECTS: bool> Run<'a, S, R, EFFECTS> {
         }
     }
 
-    /// The robot moves.
-    #[inline]
-    fn follow(&mut self, index: usize, step: Step) {
-        if let Some(recorded) = self.clamps.achieved {
+    /// The robot moves. Values that go on in the same step are handed on as values: read back from where they were just stored
+    /// in smaller pieces, they would stall the processor.
+    #[inline(always)]
+    fn follow(&mut self, index: usize, step: Step) -> S::Motion {
+        if CLAMPED && let Some(recorded) = self.clamps.achieved {
             self.signals.achieved = recorded[index];
-            return;
+            return recorded[index];
         }
         let robot = self.of.rig.robot();
         let now_s = step.now.seconds();
-        self.signals.achieved =
+        let achieved =
             if self.accelerated { robot.motion(&mut self.robot, now_s) } else { robot.pose(&mut self.robot, now_s) };
-        if EFFECTS {
-            self.memories.each(self.of.effects, &self.of.on[1], step, |effect, context| {
-                let mut out = self.signals.achieved;
-                effect.achieved(context, &self.signals, &mut out);
-                self.signals.achieved = out;
-            });
+        self.signals.achieved = achieved;
+        if !EFFECTS || self.of.on[1].is_empty() {
+            return achieved;
         }
+        let mut out = achieved;
+        self.memories.each(self.of.effects, &self.of.on[1], step, |effect, context| {
+            effect.achieved(context, &self.signals, &mut out);
+            self.signals.achieved = out;
+        });
+        out
     }
 
     /// The pose is read back.
-    #[inline]
-    fn read_back(&mut self, index: usize, step: Step, loop_ticks: bool) {
+    #[inline(always)]
+    fn read_back(&mut self, index: usize, step: Step, achieved: S::Motion, loop_ticks: bool) {
         if index == 0 {
             // Only now is it known what the effects make of the first pose.
-            self.history.fill(&self.signals.achieved);
+            self.history.fill(&achieved);
         }
-        if let Some(recorded) = self.clamps.measured {
+        if CLAMPED && let Some(recorded) = self.clamps.measured {
             self.signals.measured = recorded[index];
             return;
         }
-        if self.clamps.achieved.is_some() && !self.columns.loop_ticks && !self.columns.measured {
+        if CLAMPED && self.clamps.achieved.is_some() && !self.columns.loop_ticks && !self.columns.measured {
             return;
         }
-        self.history.push(&self.signals.achieved);
-        if EFFECTS || loop_ticks || self.columns.measured {
+        self.history.push(achieved);
+        if EFFECTS || loop_ticks || (CLAMPED && self.columns.measured) {
             self.signals.measured = self.history.read();
         }
         if EFFECTS {
@@ -173,31 +181,37 @@ impl<'a, S: Space, R: Rig<S>, const EFFECTS: bool> Run<'a, S, R, EFFECTS> {
     }
 
     /// The interfaces touch, and the sensor feels it.
-    #[inline]
-    fn touch(&mut self, step: Step) {
+    #[inline(always)]
+    fn touch(&mut self, step: Step, achieved: S::Motion) {
         let (rig, effects, on) = (self.of.rig, self.of.effects, &self.of.on);
         let (signals, memories) = (&mut self.signals, &mut self.memories);
-        signals.touch = rig.geometry().touch(&signals.achieved);
-        if EFFECTS {
+        let mut touch = rig.geometry().touch(&achieved);
+        signals.touch = touch;
+        if EFFECTS && !on[3].is_empty() {
+            let mut out = touch;
             memories.each(effects, &on[3], step, |effect, context| {
-                let mut out = signals.touch;
                 effect.touch(context, signals, &mut out);
                 signals.touch = out;
             });
+            touch = out;
         }
-        signals.contact = rig.law().force(&signals.touch);
-        if EFFECTS {
+        let mut contact = rig.law().force(&touch);
+        signals.contact = contact;
+        if EFFECTS && !on[4].is_empty() {
+            let mut out = contact;
             memories.each(effects, &on[4], step, |effect, context| {
-                let mut out = signals.contact;
                 effect.contact(context, signals, &mut out);
                 signals.contact = out;
             });
+            contact = out;
         }
-        signals.interface = rig.law().clamped(&signals.touch, &signals.contact);
-        signals.sensed = rig.sensor().reading(&signals.achieved, &signals.interface);
-        if EFFECTS {
+        let interface = rig.law().clamped(&touch, &contact);
+        signals.interface = interface;
+        let sensed = rig.sensor().reading(&achieved, &interface);
+        signals.sensed = sensed;
+        if EFFECTS && !on[5].is_empty() {
+            let mut out = sensed;
             memories.each(effects, &on[5], step, |effect, context| {
-                let mut out = signals.sensed;
                 effect.sensed(context, signals, &mut out);
                 signals.sensed = out;
             });
@@ -205,11 +219,12 @@ impl<'a, S: Space, R: Rig<S>, const EFFECTS: bool> Run<'a, S, R, EFFECTS> {
     }
 
     /// A tick of the sensor.
-    #[inline]
+    #[inline(always)]
     fn sense(&mut self, now: Nanos, trace: &mut Trace<S>) {
         let reading = match self.clamps.sensed {
-            Some(recorded) => recorded[self.sensor_index.min(recorded.len() - 1)],
-            None => self.signals.sensed.noisy(&self.start.noise, &mut self.slow, &mut self.noise_random),
+            Some(recorded) if CLAMPED => recorded[self.sensor_index.min(recorded.len() - 1)],
+            _ if self.silent => self.signals.sensed,
+            _ => self.signals.sensed.noisy(&self.start.noise, &mut self.slow, &mut self.noise_random),
         };
         self.sample = Some(reading);
         self.sensor_index += 1;
@@ -219,11 +234,14 @@ impl<'a, S: Space, R: Rig<S>, const EFFECTS: bool> Run<'a, S, R, EFFECTS> {
     }
 
     /// The net force acts on the satellites for one tick.
-    #[inline]
+    #[inline(always)]
     fn feed_back(&mut self, now: Nanos, trace: &mut Trace<S>) {
         let (rig, signals) = (self.of.rig, &mut self.signals);
         let step = Step { index: self.loop_index as u64, now, dt: self.of.rates.loop_period };
-        let applied = self.clamps.applied.map_or(S::Wrench::default(), |all| all[self.loop_index.min(all.len() - 1)]);
+        let applied = match self.clamps.applied {
+            Some(all) if CLAMPED => all[self.loop_index.min(all.len() - 1)],
+            _ => S::Wrench::default(),
+        };
         let heard = Heard {
             sensed: self.sample.as_ref(),
             commanded: &signals.commanded,

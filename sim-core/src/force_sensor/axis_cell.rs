@@ -43,9 +43,12 @@ impl SensorNoise {
     /// The sample that is read at a tick of the sensor; `slow_n` carries the slow part from sample to sample.
     #[inline]
     pub fn sample(&self, analogue_n: f64, slow_n: &mut f64, random: &mut Stream) -> f64 {
-        if *self == SensorNoise::NONE {
-            return analogue_n;
-        }
+        if *self == SensorNoise::NONE { analogue_n } else { self.disturbed(analogue_n, slow_n, random) }
+    }
+
+    /// The same, for a noise that is known to be some.
+    #[inline]
+    pub(crate) fn disturbed(&self, analogue_n: f64, slow_n: &mut f64, random: &mut Stream) -> f64 {
         let fresh = libm::sqrt((1.0 - self.memory * self.memory).max(0.0));
         *slow_n = self.memory * *slow_n + fresh * self.slow_n * random.normal();
         let reading_n = analogue_n + *slow_n + self.white_n * random.normal();

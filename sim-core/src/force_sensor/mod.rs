@@ -25,7 +25,9 @@ pub trait Noisy: Sized {
     type Noise: Copy + Debug + PartialEq + Send + Sync;
     /// The slow part of the noise, from sample to sample.
     type Slow: Default;
-    /// A noisy sample of this analogue reading.
+    /// Whether this noise is none at all, so that a sample is the reading.
+    fn silent(noise: &Self::Noise) -> bool;
+    /// A noisy sample of this analogue reading; the noise is not silent.
     fn noisy(&self, noise: &Self::Noise, slow: &mut Self::Slow, random: &mut Stream) -> Self;
 }
 
@@ -33,9 +35,13 @@ impl Noisy for f64 {
     type Noise = SensorNoise;
     type Slow = f64;
 
+    fn silent(noise: &SensorNoise) -> bool {
+        *noise == SensorNoise::NONE
+    }
+
     #[inline]
     fn noisy(&self, noise: &SensorNoise, slow_n: &mut f64, random: &mut Stream) -> f64 {
-        noise.sample(*self, slow_n, random)
+        noise.disturbed(*self, slow_n, random)
     }
 }
 

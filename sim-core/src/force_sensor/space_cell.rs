@@ -111,6 +111,10 @@ impl Noisy for Wrench {
     type Noise = WrenchNoise;
     type Slow = [f64; 6];
 
+    fn silent(noise: &WrenchNoise) -> bool {
+        *noise == WrenchNoise::NONE
+    }
+
     #[inline]
     fn noisy(&self, noise: &WrenchNoise, slow: &mut [f64; 6], random: &mut Stream) -> Wrench {
         let mut reading = *self;

@@ -26,65 +26,71 @@ pub struct StraightLine {
     pub averaging_s: f64,
 }
 
-/// A command and the line that leads on from it.
+/// How many times a step asks for: now, one averaging ago, one corner ago, both ago.
+const TIMES: usize = 4;
+
+/// A command, and the line that leads on from it once its end is known.
 #[derive(Debug, Clone, Copy)]
 struct Knot<S: Space> {
     due_s: f64,
-    /// How long the line takes; unknown until its end is accepted.
+    motion: S::Motion,
     duration_s: f64,
     line: <S::Motion as Path>::Line,
-    motion: S::Motion,
 }
 
-/// The commands that still matter, as a ring of knots.
+/// The commands that still matter, as a ring of knots, and the line that each time of a step is on: times only grow, so that
+/// most steps find it here.
 #[derive(Debug, Clone)]
 pub struct StraightLineState<S: Space> {
     ring: [Knot<S>; KNOTS],
     /// How many knots were ever put in.
     count: usize,
-    /// For each time asked for in a step, the knot at or before it: now, one averaging ago, one corner ago, both ago.
-    cursors: [usize; 4],
+    cursors: [Cursor<S>; TIMES],
 }
 
-/// Where on the path a time is.
-enum Spot<'a, S: Space> {
-    /// On a line, at this share of it.
-    On(&'a <S::Motion as Path>::Line, f64),
-    /// On no line: the newest command is held, the oldest one came in along its own velocity.
-    Beyond(S::Motion),
+/// The line that a time is on.
+#[derive(Debug, Clone, Copy)]
+struct Cursor<S: Space> {
+    from_s: f64,
+    duration_s: f64,
+    until_s: f64,
+    line: <S::Motion as Path>::Line,
+    /// The knot from which the line leads on.
+    knot: usize,
 }
 
 impl<S: Space> StraightLineState<S> {
-    /// Where `time_s` is. A corner belongs to the line that ends there; times only grow from call to call with one `cursor`.
-    #[inline]
-    fn spot(&mut self, cursor: usize, time_s: f64) -> Spot<'_, S> {
-        let mut knot = self.cursors[cursor].max(self.count.saturating_sub(KNOTS));
+    /// Finds the line that the time at place `i` is on. A corner belongs to the line that ends there. Beyond the newest command
+    /// that one is held; before the oldest the robot came in along its velocity: such a line is good for this time alone.
+    fn find(&mut self, i: usize, time_s: f64) {
+        let mut knot = self.cursors[i].knot.max(self.count.saturating_sub(KNOTS));
         while knot + 1 < self.count && self.ring[(knot + 1) % KNOTS].due_s < time_s {
             knot += 1;
         }
-        self.cursors[cursor] = knot;
         let at = &self.ring[knot % KNOTS];
-        if knot + 1 == self.count || time_s < at.due_s {
-            let outside_s = if time_s < at.due_s { time_s - at.due_s } else { 0.0 };
-            return Spot::Beyond(at.motion.coasted(outside_s));
+        self.cursors[i] = if knot + 1 == self.count || time_s < at.due_s {
+            let line = S::Motion::held(&at.motion.coasted((time_s - at.due_s).min(0.0)));
+            Cursor { from_s: time_s, duration_s: 1.0, until_s: f64::NEG_INFINITY, line, knot }
+        } else {
+            let until_s = self.ring[(knot + 1) % KNOTS].due_s;
+            Cursor { from_s: at.due_s, duration_s: at.duration_s, until_s, line: at.line, knot }
+        };
+    }
+
+    /// The line that the time at place `i` is on, and the share of it.
+    #[inline]
+    fn on(&mut self, i: usize, time_s: f64) -> (&<S::Motion as Path>::Line, f64) {
+        if time_s > self.cursors[i].until_s {
+            self.find(i, time_s);
         }
-        Spot::On(&at.line, (time_s - at.due_s) / at.duration_s)
+        let at = &self.cursors[i];
+        (&at.line, (time_s - at.from_s) / at.duration_s)
     }
 
     #[inline]
-    fn pose(&mut self, cursor: usize, time_s: f64) -> S::Motion {
-        match self.spot(cursor, time_s) {
-            Spot::On(line, share) => S::Motion::on(line, share),
-            Spot::Beyond(motion) => motion,
-        }
-    }
-
-    #[inline]
-    fn place(&mut self, cursor: usize, time_s: f64) -> <S::Motion as Path>::Place {
-        match self.spot(cursor, time_s) {
-            Spot::On(line, share) => S::Motion::place_on(line, share),
-            Spot::Beyond(motion) => motion.place(),
-        }
+    fn place(&mut self, i: usize, time_s: f64) -> <S::Motion as Path>::Place {
+        let (line, share) = self.on(i, time_s);
+        S::Motion::place_on(line, share)
     }
 }
 
@@ -92,8 +98,10 @@ impl<S: Space> Robot<S> for StraightLine {
     type State = StraightLineState<S>;
 
     fn start(&self, first: &S::Motion, due_s: f64) -> StraightLineState<S> {
-        let knot = Knot { due_s, duration_s: 0.0, line: Default::default(), motion: *first };
-        StraightLineState { ring: [knot; KNOTS], count: 1, cursors: [0; 4] }
+        let line = S::Motion::held(first);
+        let cursor = Cursor { from_s: due_s, duration_s: 1.0, until_s: f64::NEG_INFINITY, line, knot: 0 };
+        let knot = Knot { due_s, motion: *first, duration_s: 0.0, line };
+        StraightLineState { ring: [knot; KNOTS], count: 1, cursors: [cursor; TIMES] }
     }
 
     #[inline]
@@ -108,19 +116,20 @@ impl<S: Space> Robot<S> for StraightLine {
         state.count += 1;
     }
 
-    #[inline]
+    #[inline(always)]
     fn motion(&self, state: &mut StraightLineState<S>, now_s: f64) -> S::Motion {
         let before_s = now_s - self.corner_s;
-        let now = state.pose(0, now_s);
+        let now = Robot::<S>::pose(self, state, now_s);
         let mean_now = (now.place() - state.place(1, now_s - self.averaging_s)) / self.averaging_s;
         let before = state.place(2, before_s);
         let mean_before = (before - state.place(3, before_s - self.averaging_s)) / self.averaging_s;
         now.accelerated((mean_now - mean_before) / self.corner_s)
     }
 
-    #[inline]
+    #[inline(always)]
     fn pose(&self, state: &mut StraightLineState<S>, now_s: f64) -> S::Motion {
-        state.pose(0, now_s)
+        let (line, share) = state.on(0, now_s);
+        S::Motion::on(line, share)
     }
 
     fn check(&self) -> Result<(), Refusal> {

@@ -25,14 +25,15 @@ impl AxisMotion {
     }
 }
 
-/// A straight line along one axis.
+/// A straight line along one axis. What is used together stands together: the compiler loads it in pairs.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
 pub struct AxisLine {
     from_m: f64,
     change_m: f64,
-    velocity_m_per_s: f64,
     from_rad: f64,
     change_rad: f64,
+    velocity_m_per_s: f64,
     rate_rad_per_s: f64,
 }
 
@@ -50,6 +51,18 @@ impl Path for AxisMotion {
             from_rad: from.pitch_rad,
             change_rad,
             rate_rad_per_s: change_rad / duration_s,
+        }
+    }
+
+    #[inline]
+    fn held(at: &Self) -> AxisLine {
+        AxisLine {
+            from_m: at.position_m,
+            change_m: 0.0,
+            velocity_m_per_s: at.velocity_m_per_s,
+            from_rad: at.pitch_rad,
+            change_rad: 0.0,
+            rate_rad_per_s: at.pitch_rate_rad_per_s,
         }
     }
 

@@ -27,6 +27,8 @@ pub trait Path: Copy + Debug + Default + Send + Sync + PartialEq {
     type Place: Copy + Sub<Output = Self::Place> + Div<f64, Output = Self::Place>;
     /// The straight line that takes `duration_s`.
     fn line(from: &Self, to: &Self, duration_s: f64) -> Self::Line;
+    /// A line that is this motion all along, but for its acceleration.
+    fn held(at: &Self) -> Self::Line;
     /// The point at `share` (0 at the beginning, 1 at the end); its velocity is the line's, its acceleration zero.
     fn on(line: &Self::Line, share: f64) -> Self;
     /// The same, without attitude and rates.
@@ -46,4 +48,3 @@ pub trait Load:
     Copy + Default + Send + Sync + PartialEq + Add<Output = Self> + Sub<Output = Self> + Mul<f64, Output = Self>
 {
 }
-

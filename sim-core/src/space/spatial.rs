@@ -95,6 +95,18 @@ impl Path for Motion {
     }
 
     #[inline]
+    fn held(at: &Self) -> MotionLine {
+        MotionLine {
+            from_m: at.position_m,
+            change_m: Vector3::zeros(),
+            velocity_m_per_s: at.velocity_m_per_s,
+            from: at.attitude,
+            turn_rad: Vector3::zeros(),
+            rate_rad_per_s: at.rate_rad_per_s,
+        }
+    }
+
+    #[inline]
     fn on(line: &MotionLine, share: f64) -> Self {
         Motion {
             position_m: line.from_m + line.change_m * share,
