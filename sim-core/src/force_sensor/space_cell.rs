@@ -117,13 +117,12 @@ impl Noisy for Wrench {
 
     #[inline]
     fn noisy(&self, noise: &WrenchNoise, slow: &mut [f64; 6], random: &mut Stream) -> Wrench {
-        let mut reading = *self;
-        for axis in 0..3 {
-            reading.force_n[axis] = noise.force[axis].sample(self.force_n[axis], &mut slow[axis], random);
-        }
-        for axis in 0..3 {
-            reading.torque_n_m[axis] = noise.torque[axis].sample(self.torque_n_m[axis], &mut slow[3 + axis], random);
-        }
-        reading
+        let (slow_force, slow_torque) = slow.split_at_mut(3);
+        let mut sample = |reading: &Vector3<f64>, noise: &[SensorNoise; 3], slow: &mut [f64]| {
+            Vector3::from_fn(|axis, _| noise[axis].sample(reading[axis], &mut slow[axis], random))
+        };
+        let force_n = sample(&self.force_n, &noise.force, slow_force);
+        let torque_n_m = sample(&self.torque_n_m, &noise.torque, slow_torque);
+        Wrench { force_n, torque_n_m }
     }
 }
