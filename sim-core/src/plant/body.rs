@@ -21,6 +21,7 @@
 //!
 //! Not modelled: flexible appendages, propellant, a mass that changes.
 
+use super::lanes::{Symmetric, inverse_root};
 use crate::refusal::{Refusal, finite, positive};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
@@ -164,15 +165,14 @@ impl Body {
     /// The motion of this state.
     pub fn motion(&self, state: &BodyState) -> BodyMotion {
         let BodyState { position_m, attitude, velocity_m_per_s, spin_n_m_s } = *state;
-        let turn = attitude.to_rotation_matrix().into_inner();
-        let rate_rad_per_s = self.inverse_inertia * turn.tr_mul(&spin_n_m_s);
+        let rate_rad_per_s = self.rate(&(attitude.inverse() * spin_n_m_s));
         BodyMotion { position_m, attitude, velocity_m_per_s, rate_rad_per_s }
     }
 
-    /// Rate of turn in global axes of a body at the attitude `turn` with this angular momentum.
+    /// Body rate of a body with this angular momentum in body axes.
     #[inline]
-    pub(crate) fn rate(&self, turn: &Matrix3<f64>, spin_n_m_s: &Vector3<f64>) -> Vector3<f64> {
-        turn * (self.inverse_inertia * turn.tr_mul(spin_n_m_s))
+    pub(crate) fn rate(&self, spin_in_body: &Vector3<f64>) -> Vector3<f64> {
+        self.inverse_inertia * spin_in_body
     }
 
     /// Kinetic energy; zero of a fixed body.
@@ -180,76 +180,49 @@ impl Body {
         if self.is_fixed() {
             return 0.0;
         }
-        let turn = state.attitude.to_rotation_matrix().into_inner();
-        let rate = self.rate(&turn, &state.spin_n_m_s);
-        0.5 * (self.mass_kg * state.velocity_m_per_s.norm_squared() + rate.dot(&state.spin_n_m_s))
+        let spin_in_body = state.attitude.inverse() * state.spin_n_m_s;
+        let twice_j = self.rate(&spin_in_body).dot(&spin_in_body);
+        0.5 * (self.mass_kg * state.velocity_m_per_s.norm_squared() + twice_j)
     }
 
-    /// Lets an impulse act at once; the moment is about the centre of mass.
-    #[inline]
+    /// Lets an impulse act at once; the moment is about the centre of mass. A fixed body does not feel it.
+    #[inline(always)]
     pub(crate) fn kick(&self, state: &mut BodyState, impulse_n_s: &Vector3<f64>, moment_n_m_s: &Vector3<f64>) {
-        state.velocity_m_per_s += impulse_n_s * self.inverse_mass_per_kg;
-        state.spin_n_m_s += moment_n_m_s;
-    }
-
-    /// Turns freely for `tick_s`; angular momentum and energy stay.
-    #[inline]
-    pub(crate) fn turn(&self, state: &mut BodyState, tick_s: f64) {
-        let half_s = 0.5 * tick_s;
-        let turn = state.attitude.to_rotation_matrix().into_inner();
-        let rate = self.midpoint_rate(&turn.tr_mul(&state.spin_n_m_s), half_s);
-        state.attitude = turned(&state.attitude, &(rate * half_s));
-    }
-
-    /// `J⁻¹μ` with `μ = M + (T/2) μ × J⁻¹μ`, by iteration: each round gains the factor T|ω|, so that three are typical.
-    /// Above about 1 rad in a tick it need not converge; the answer is then poor, and the audit of energy says so.
-    #[inline]
-    fn midpoint_rate(&self, spin_in_body: &Vector3<f64>, half_s: f64) -> Vector3<f64> {
-        /// What is left after a round that changed this little, times T|ω|, is below rounding.
-        const CHANGE: f64 = 16.0 * f64::EPSILON;
-        const ROUNDS_MAX: usize = 50;
-        let mut middle = *spin_in_body;
-        let mut rate = self.inverse_inertia * middle;
-        for _ in 0..ROUNDS_MAX {
-            let next = spin_in_body + middle.cross(&rate) * half_s;
-            let change = (next - middle).norm_squared();
-            middle = next;
-            rate = self.inverse_inertia * middle;
-            if change <= CHANGE * CHANGE * middle.norm_squared() {
-                break;
-            }
+        if !self.is_fixed() {
+            state.velocity_m_per_s += impulse_n_s * self.inverse_mass_per_kg;
+            state.spin_n_m_s += moment_n_m_s;
         }
-        rate
+    }
+
+    /// The same body in axes that are turned: `axes` takes the new axes to the old ones.
+    pub(crate) fn in_axes(&self, axes: &UnitQuaternion<f64>) -> Body {
+        if self.is_fixed() {
+            return *self;
+        }
+        let turn = axes.to_rotation_matrix().into_inner();
+        let turned = |matrix: &Matrix3<f64>| {
+            let full = turn.transpose() * matrix * turn;
+            (full + full.transpose()) * 0.5
+        };
+        Body { inertia_kg_m2: turned(&self.inertia_kg_m2), inverse_inertia: turned(&self.inverse_inertia), ..*self }
+    }
+
+    /// `J⁻¹`, as xx, yy, zz, xy, xz, yz.
+    pub(crate) fn inverse_inertia(&self) -> Symmetric<f64> {
+        let j = &self.inverse_inertia;
+        Symmetric([j[(0, 0)], j[(1, 1)], j[(2, 2)], j[(0, 1)], j[(0, 2)], j[(1, 2)]])
     }
 
     /// Rate of the attitude quaternion of a body with this angular momentum; the quaternion may be off unit length.
-    #[inline]
     pub(crate) fn attitude_rate(&self, attitude: &Quaternion<f64>, spin_n_m_s: &Vector3<f64>) -> Quaternion<f64> {
         let spin = attitude.conjugate() * Quaternion::from_imag(*spin_n_m_s) * attitude;
         attitude * Quaternion::from_imag(self.inverse_inertia * spin.imag() * 0.5)
     }
 }
 
-/// `q ⊗ (1, half)`, of unit length: a turn by `2 atan |half|` about `half` in body axes.
-#[inline]
-fn turned(attitude: &UnitQuaternion<f64>, half: &Vector3<f64>) -> UnitQuaternion<f64> {
-    let (w, v) = (attitude.w, attitude.imag());
-    let raw = Quaternion::from_parts(w - v.dot(half), v + half * w + v.cross(half));
-    unit(raw)
-}
-
-/// The quaternion at unit length. Within a few milliradians of it the root is a series, whose next term is below rounding.
-#[inline]
+/// The quaternion at unit length.
 pub(crate) fn unit(raw: Quaternion<f64>) -> UnitQuaternion<f64> {
-    /// (35/128) of its fourth power is 3e-17.
-    const NEAR: f64 = 1e-4;
-    let off = raw.norm_squared() - 1.0;
-    let scale = if off.abs() < NEAR {
-        1.0 - off * (0.5 - off * (0.375 - off * 0.3125))
-    } else {
-        1.0 / libm::sqrt(raw.norm_squared())
-    };
-    UnitQuaternion::new_unchecked(raw * scale)
+    UnitQuaternion::new_unchecked(raw * inverse_root(raw.norm_squared()))
 }
 
 #[cfg(test)]

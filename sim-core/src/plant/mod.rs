@@ -5,6 +5,7 @@ use crate::time::Step;
 
 mod body;
 mod integrator;
+mod lanes;
 mod point_mass;
 mod two_body;
 pub use body::{Body, BodyMotion, BodyState, Push};

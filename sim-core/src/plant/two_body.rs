@@ -18,27 +18,30 @@
 
 use super::Plant;
 use super::body::{Body, BodyMotion, BodyState, Push};
-use super::integrator::Integrator;
+use super::integrator::{Integrator, Pair};
 use crate::frames::{Chaser, Nozzle, Pose, Probe, Target};
 use crate::refusal::{Refusal, finite};
 use crate::space::{Motion, Spatial, Wrench};
 use crate::time::Step;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 
 /// Chaser and target, where their interfaces sit, and how the target begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TwoBody {
-    chaser: Body,
-    target: Body,
+    bodies: [Body; 2],
     probe: Pose<Chaser, Probe>,
     nozzle: Pose<Target, Nozzle>,
     target_start: BodyMotion,
     integrator: Integrator,
-    /// Nozzle axes → target's body axes, as a matrix.
-    nozzle_turn: Matrix3<f64>,
+    /// The bodies in the axes of their interfaces.
+    pair: Pair,
+    /// Probe tip in probe axes, and nozzle origin in nozzle axes, from the centres of mass.
+    tip_m: Vector3<f64>,
+    nozzle_m: Vector3<f64>,
 }
 
-/// How both bodies move.
+/// How both bodies move, each in the axes of its interface: the chaser's attitude turns *probe* axes into global axes, the
+/// target's turns *nozzle* axes into global axes. [`TwoBody::motions`] says it in the bodies' own axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TwoBodyState {
     /// Chaser.
@@ -62,9 +65,16 @@ impl TwoBody {
         all_finite("nozzle.position_m", &nozzle.position_m, "m")?;
         all_finite("probe.attitude", &probe.attitude.imag(), "")?;
         all_finite("nozzle.attitude", &nozzle.attitude.imag(), "")?;
-        let nozzle_turn = nozzle.attitude.to_rotation_matrix().into_inner();
-        let target_start = BodyMotion::default();
-        Ok(TwoBody { chaser, target, probe, nozzle, target_start, integrator, nozzle_turn })
+        Ok(TwoBody {
+            bodies: [chaser, target],
+            probe,
+            nozzle,
+            target_start: BodyMotion::default(),
+            integrator,
+            pair: Pair::new(chaser.in_axes(&probe.attitude), target.in_axes(&nozzle.attitude)),
+            tip_m: probe.attitude.inverse() * probe.position_m,
+            nozzle_m: nozzle.attitude.inverse() * nozzle.position_m,
+        })
     }
 
     /// The same with a target that begins with this motion: elsewhere, drifting, tumbling. A fixed target only takes a pose.
@@ -78,16 +88,21 @@ impl TwoBody {
             ("target.rate_rad_per_s", target_start.rate_rad_per_s.norm(), "rad/s"),
         ];
         for (name, value, unit) in moving {
-            if self.target.is_fixed() && value > 0.0 {
+            if self.bodies[1].is_fixed() && value > 0.0 {
                 return Err(Refusal { name, value, unit, limit: "is not 0, but the target is fixed" });
             }
         }
         Ok(TwoBody { target_start, ..self })
     }
 
-    /// Chaser and target.
-    pub fn bodies(&self) -> [&Body; 2] {
-        [&self.chaser, &self.target]
+    /// Chaser and target, in their own axes.
+    pub fn bodies(&self) -> &[Body; 2] {
+        &self.bodies
+    }
+
+    /// Chaser and target, in the axes of their interfaces: those of the state.
+    pub fn bodies_at_interface(&self) -> [&Body; 2] {
+        [&self.pair.first, &self.pair.second]
     }
 
     /// How it is integrated.
@@ -95,28 +110,50 @@ impl TwoBody {
         self.integrator
     }
 
+    /// The state of these motions of chaser and target, in the bodies' own axes.
+    pub fn state(&self, motions: &[BodyMotion; 2]) -> TwoBodyState {
+        let state = |motion: &BodyMotion, body: &Body, interface: &UnitQuaternion<f64>| {
+            let own = body.state(motion);
+            BodyState { attitude: own.attitude * interface, ..own }
+        };
+        TwoBodyState {
+            chaser: state(&motions[0], &self.bodies[0], &self.probe.attitude),
+            target: state(&motions[1], &self.bodies[1], &self.nozzle.attitude),
+        }
+    }
+
+    /// How chaser and target move, in the bodies' own axes.
+    pub fn motions(&self, state: &TwoBodyState) -> [BodyMotion; 2] {
+        let motion = |state: &BodyState, body: &Body, interface: &UnitQuaternion<f64>| {
+            body.motion(&BodyState { attitude: state.attitude * interface.inverse(), ..*state })
+        };
+        [
+            motion(&state.chaser, &self.bodies[0], &self.probe.attitude),
+            motion(&state.target, &self.bodies[1], &self.nozzle.attitude),
+        ]
+    }
+
     /// What a wrench on the chaser at the probe tip, in the nozzle frame, does to chaser and target now.
     #[inline]
     pub fn pushes(&self, state: &TwoBodyState, wrench: &Wrench) -> [Push; 2] {
-        let nozzle_axes = state.target.attitude.to_rotation_matrix().into_inner() * self.nozzle_turn;
-        let tip_m = state.chaser.position_m + state.chaser.attitude * self.probe.position_m;
-        let action =
-            Push { force_n: nozzle_axes * wrench.force_n, torque_n_m: nozzle_axes * wrench.torque_n_m, point_m: tip_m };
+        let nozzle_axes = state.target.attitude.to_rotation_matrix().into_inner();
+        let action = Push {
+            force_n: nozzle_axes * wrench.force_n,
+            torque_n_m: nozzle_axes * wrench.torque_n_m,
+            point_m: state.chaser.position_m + state.chaser.attitude * self.tip_m,
+        };
         [action, action.reaction()]
     }
 
     /// Lets two pushes, held in global axes at their points, act on chaser and target for `tick_s`.
     #[inline]
     pub fn advance(&self, state: &mut TwoBodyState, tick_s: f64, pushes: &[Push; 2]) {
-        self.integrator.advance(&self.chaser, &mut state.chaser, tick_s, &pushes[0]);
-        if !self.target.is_fixed() {
-            self.integrator.advance(&self.target, &mut state.target, tick_s, &pushes[1]);
-        }
+        self.pair.advance(self.integrator, (&mut state.chaser, &mut state.target), tick_s, pushes);
     }
 
     /// Kinetic energy of both.
     pub fn energy_j(&self, state: &TwoBodyState) -> f64 {
-        self.chaser.energy_j(&state.chaser) + self.target.energy_j(&state.target)
+        self.pair.first.energy_j(&state.chaser) + self.pair.second.energy_j(&state.target)
     }
 }
 
@@ -126,10 +163,9 @@ impl Plant<Spatial> for TwoBody {
     fn start(&self, first: &Motion) -> TwoBodyState {
         let target = self.target_start;
         let to_global = target.attitude;
-        let nozzle_m = target.position_m + to_global * self.nozzle.position_m;
         let axes = to_global * self.nozzle.attitude;
+        let tip_m = target.position_m + to_global * self.nozzle.position_m + axes * first.position_m;
         let attitude = axes * first.attitude * self.probe.attitude.inverse();
-        let tip_m = nozzle_m + axes * first.position_m;
         let arm_m = attitude * self.probe.position_m;
         let target_rate = to_global * target.rate_rad_per_s;
         let rate = target_rate + axes * first.rate_rad_per_s;
@@ -140,27 +176,27 @@ impl Plant<Spatial> for TwoBody {
             velocity_m_per_s: there + axes * first.velocity_m_per_s - rate.cross(&arm_m),
             rate_rad_per_s: attitude.inverse() * rate,
         };
-        TwoBodyState { chaser: self.chaser.state(&chaser), target: self.target.state(&target) }
+        self.state(&[chaser, target])
     }
 
     #[inline]
     fn motion(&self, state: &TwoBodyState) -> Motion {
         let TwoBodyState { chaser, target } = state;
-        let chaser_axes = chaser.attitude.to_rotation_matrix().into_inner();
-        let target_axes = target.attitude.to_rotation_matrix().into_inner();
-        let nozzle_axes = target_axes * self.nozzle_turn;
-        let chaser_rate = self.chaser.rate(&chaser_axes, &chaser.spin_n_m_s);
-        let target_rate = self.target.rate(&target_axes, &target.spin_n_m_s);
-        let chaser_arm_m = chaser_axes * self.probe.position_m;
-        let target_arm_m = chaser.position_m - target.position_m + chaser_arm_m;
-        let velocity = chaser.velocity_m_per_s - target.velocity_m_per_s + chaser_rate.cross(&chaser_arm_m)
-            - target_rate.cross(&target_arm_m);
-        let axes = target.attitude * self.nozzle.attitude;
+        let to_nozzle = target.attitude.to_rotation_matrix().into_inner().transpose();
+        let attitude = target.attitude.inverse() * chaser.attitude;
+        let probe_to_nozzle = attitude.to_rotation_matrix().into_inner();
+        let chaser_spin = chaser.attitude.inverse() * chaser.spin_n_m_s;
+        // Each body's rate in the axes of its own interface.
+        let chaser_rate = self.pair.first.rate(&chaser_spin);
+        let target_rate = self.pair.second.rate(&(to_nozzle * target.spin_n_m_s));
+        let apart_m = to_nozzle * (chaser.position_m - target.position_m) + probe_to_nozzle * self.tip_m;
+        let velocity = to_nozzle * (chaser.velocity_m_per_s - target.velocity_m_per_s)
+            + probe_to_nozzle * chaser_rate.cross(&self.tip_m);
         Motion {
-            position_m: nozzle_axes.tr_mul(&(target_arm_m - target_axes * self.nozzle.position_m)),
-            attitude: axes.inverse() * chaser.attitude * self.probe.attitude,
-            velocity_m_per_s: nozzle_axes.tr_mul(&velocity),
-            rate_rad_per_s: nozzle_axes.tr_mul(&(chaser_rate - target_rate)),
+            position_m: apart_m - self.nozzle_m,
+            attitude,
+            velocity_m_per_s: velocity - target_rate.cross(&apart_m),
+            rate_rad_per_s: probe_to_nozzle * chaser_rate - target_rate,
             acceleration_m_per_s2: Vector3::zeros(),
         }
     }
@@ -181,7 +217,7 @@ fn all_finite(name: &'static str, vector: &Vector3<f64>, unit: &'static str) -> 
 mod tests {
     use super::*;
     use crate::time::Nanos;
-    use nalgebra::UnitQuaternion;
+    use nalgebra::Matrix3;
 
     fn inertia(xx: f64, yy: f64, zz: f64, xy: f64) -> Matrix3<f64> {
         Matrix3::new(xx, xy, 0.0, xy, yy, 0.0, 0.0, 0.0, zz)
@@ -255,7 +291,7 @@ mod tests {
         let mut state = bodies.start(&approach());
         let before = bodies.motion(&state).velocity_m_per_s.z;
         let contact = Wrench { force_n: Vector3::new(0.0, 0.0, -9.0), torque_n_m: Vector3::zeros() };
-        let axis = state.target.attitude * bodies.nozzle.attitude * Vector3::z();
+        let axis = state.target.attitude * Vector3::z();
         let target_before = state.target.velocity_m_per_s.dot(&axis);
         bodies.step(&mut state, step(1_000_000), &contact);
         assert!(bodies.motion(&state).velocity_m_per_s.z < before);
