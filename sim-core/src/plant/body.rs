@@ -33,7 +33,6 @@ const ROUNDING: f64 = 64.0 * f64::EPSILON;
 pub struct Body {
     mass_kg: f64,
     inertia_kg_m2: Matrix3<f64>,
-    inverse_mass_per_kg: f64,
     inverse_inertia: Matrix3<f64>,
 }
 
@@ -87,11 +86,13 @@ pub struct Push {
 
 impl Push {
     /// The same the other way: the reaction at the same point.
+    #[inline]
     pub fn reaction(&self) -> Push {
         Push { force_n: -self.force_n, torque_n_m: -self.torque_n_m, point_m: self.point_m }
     }
 
     /// Its moment about a point.
+    #[inline]
     pub fn moment_n_m(&self, about_m: &Vector3<f64>) -> Vector3<f64> {
         (self.point_m - about_m).cross(&self.force_n) + self.torque_n_m
     }
@@ -122,21 +123,17 @@ impl Body {
             return Err(refused(most, "is a principal moment above the sum of the other two"));
         }
         let inverse_inertia = inertia.try_inverse().ok_or(refused(least, "is a principal moment too small"))?;
-        Ok(Body { mass_kg, inertia_kg_m2: inertia, inverse_mass_per_kg: 1.0 / mass_kg, inverse_inertia })
+        Ok(Body { mass_kg, inertia_kg_m2: inertia, inverse_inertia })
     }
 
     /// A body that nothing moves: of infinite mass.
     pub fn fixed() -> Self {
         let infinite = Matrix3::from_diagonal_element(f64::INFINITY);
-        Body {
-            mass_kg: f64::INFINITY,
-            inertia_kg_m2: infinite,
-            inverse_mass_per_kg: 0.0,
-            inverse_inertia: Matrix3::zeros(),
-        }
+        Body { mass_kg: f64::INFINITY, inertia_kg_m2: infinite, inverse_inertia: Matrix3::zeros() }
     }
 
     /// Whether nothing moves it.
+    #[inline]
     pub fn is_fixed(&self) -> bool {
         self.mass_kg.is_infinite()
     }
@@ -183,15 +180,6 @@ impl Body {
         let spin_in_body = state.attitude.inverse() * state.spin_n_m_s;
         let twice_j = self.rate(&spin_in_body).dot(&spin_in_body);
         0.5 * (self.mass_kg * state.velocity_m_per_s.norm_squared() + twice_j)
-    }
-
-    /// Lets an impulse act at once; the moment is about the centre of mass. A fixed body does not feel it.
-    #[inline(always)]
-    pub(crate) fn kick(&self, state: &mut BodyState, impulse_n_s: &Vector3<f64>, moment_n_m_s: &Vector3<f64>) {
-        if !self.is_fixed() {
-            state.velocity_m_per_s += impulse_n_s * self.inverse_mass_per_kg;
-            state.spin_n_m_s += moment_n_m_s;
-        }
     }
 
     /// The same body in axes that are turned: `axes` takes the new axes to the old ones.

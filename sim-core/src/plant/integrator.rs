@@ -15,7 +15,7 @@
 //! written down as such, and only the attitude goes through the four stages.
 
 use super::body::{Body, BodyState, Push, unit};
-use super::lanes::{Symmetric, Two, turned};
+use super::lanes::{Symmetric, Triple, Two, cross, minus, plus, times, turned};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 /// How a tick is integrated.
@@ -30,88 +30,162 @@ pub enum Integrator {
     RungeKutta4,
 }
 
-/// Two bodies that are moved on side by side; the first is free, the second may be fixed.
+/// Two bodies that are moved on side by side; the second may be fixed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Pair {
-    pub first: Body,
-    pub second: Body,
-    inverse_inertia: [Two; 6],
+    bodies: [Body; 2],
+    inverse_mass: Two,
+    inverse_inertia: Symmetric<Two>,
+    /// One of a body that moves, zero of one that is fixed.
+    free: Two,
+}
+
+/// How both move: [`BodyState`] side by side.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct PairState {
+    pub position: Triple<Two>,
+    /// w, x, y, z.
+    pub attitude: [Two; 4],
+    pub velocity: Triple<Two>,
+    pub spin: Triple<Two>,
+}
+
+/// Puts the components of two vectors side by side.
+#[inline(always)]
+fn beside(a: &Vector3<f64>, b: &Vector3<f64>) -> Triple<Two> {
+    [Two(a.x, b.x), Two(a.y, b.y), Two(a.z, b.z)]
+}
+
+impl PairState {
+    pub(crate) fn new(first: &BodyState, second: &BodyState) -> Self {
+        let (a, b) = (&first.attitude, &second.attitude);
+        PairState {
+            position: beside(&first.position_m, &second.position_m),
+            attitude: [Two(a.w, b.w), Two(a.i, b.i), Two(a.j, b.j), Two(a.k, b.k)],
+            velocity: beside(&first.velocity_m_per_s, &second.velocity_m_per_s),
+            spin: beside(&first.spin_n_m_s, &second.spin_n_m_s),
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn first_attitude(&self) -> UnitQuaternion<f64> {
+        let [w, i, j, k] = self.attitude;
+        UnitQuaternion::new_unchecked(Quaternion::new(w.0, i.0, j.0, k.0))
+    }
+
+    #[inline(always)]
+    pub(crate) fn second_attitude(&self) -> UnitQuaternion<f64> {
+        let [w, i, j, k] = self.attitude;
+        UnitQuaternion::new_unchecked(Quaternion::new(w.1, i.1, j.1, k.1))
+    }
+
+    pub(crate) fn first(&self) -> BodyState {
+        let one = |triple: Triple<Two>| Vector3::from(triple.map(|two| two.0));
+        BodyState {
+            position_m: one(self.position),
+            attitude: self.first_attitude(),
+            velocity_m_per_s: one(self.velocity),
+            spin_n_m_s: one(self.spin),
+        }
+    }
+
+    pub(crate) fn second(&self) -> BodyState {
+        let one = |triple: Triple<Two>| Vector3::from(triple.map(|two| two.1));
+        BodyState {
+            position_m: one(self.position),
+            attitude: self.second_attitude(),
+            velocity_m_per_s: one(self.velocity),
+            spin_n_m_s: one(self.spin),
+        }
+    }
 }
 
 impl Pair {
-    pub(crate) fn new(first: Body, second: Body) -> Self {
-        let (a, b) = (first.inverse_inertia().0, second.inverse_inertia().0);
-        Pair { first, second, inverse_inertia: core::array::from_fn(|i| Two(a[i], b[i])) }
+    pub(crate) fn new(bodies: [Body; 2]) -> Self {
+        let [a, b] = bodies.map(|body| body.inverse_inertia().0);
+        let [free, free_too] = bodies.map(|body| if body.is_fixed() { 0.0 } else { 1.0 });
+        Pair {
+            bodies,
+            inverse_mass: Two(1.0 / bodies[0].mass_kg(), 1.0 / bodies[1].mass_kg()),
+            inverse_inertia: Symmetric(core::array::from_fn(|i| Two(a[i], b[i]))),
+            free: Two(free, free_too),
+        }
+    }
+
+    pub(crate) fn bodies(&self) -> &[Body; 2] {
+        &self.bodies
+    }
+
+    /// The rates of both, each in its own axes, from their angular momentum in these axes.
+    #[inline(always)]
+    pub(crate) fn rates(&self, spin_in_body: Triple<Two>) -> Triple<Two> {
+        self.inverse_inertia.times(spin_in_body)
     }
 
     /// Moves both on by one tick.
     #[inline]
-    pub(crate) fn advance(
-        &self,
-        how: Integrator,
-        states: (&mut BodyState, &mut BodyState),
-        tick_s: f64,
-        on: &[Push; 2],
-    ) {
-        let (first, second) = states;
+    pub(crate) fn advance(&self, how: Integrator, state: &mut PairState, tick_s: f64, on: &[Push; 2]) {
+        let (tick, half) = (Two(tick_s, tick_s), Two(0.5 * tick_s, 0.5 * tick_s));
         match how {
             Integrator::SemiImplicit => {
-                semi_implicit(&self.first, first, tick_s, &on[0]);
-                semi_implicit(&self.second, second, tick_s, &on[1]);
-                self.turn(first, second, tick_s);
+                let kick = Kick::new(on, state.position, tick);
+                self.kick(state, &kick);
+                state.position = plus(state.position, times(state.velocity, tick));
+                self.turn(state, half);
             }
             Integrator::ExactHold => {
-                let later = half_a_kick(&self.first, first, tick_s, &on[0]);
-                let later_too = half_a_kick(&self.second, second, tick_s, &on[1]);
-                self.turn(first, second, tick_s);
-                self.first.kick(first, &later.0, &later.1);
-                self.second.kick(second, &later_too.0, &later_too.1);
+                let on_average = plus(state.position, times(state.velocity, half));
+                let kick = Kick::new(on, on_average, half);
+                self.kick(state, &kick);
+                // Now both have the average velocity of the tick.
+                state.position = plus(state.position, times(state.velocity, tick));
+                self.turn(state, half);
+                self.kick(state, &kick);
             }
             Integrator::RungeKutta4 => {
-                runge_kutta_4(&self.first, first, tick_s, &on[0]);
-                runge_kutta_4(&self.second, second, tick_s, &on[1]);
+                let first = runge_kutta_4(&self.bodies[0], &state.first(), tick_s, &on[0]);
+                let second = match self.bodies[1].is_fixed() {
+                    true => state.second(),
+                    false => runge_kutta_4(&self.bodies[1], &state.second(), tick_s, &on[1]),
+                };
+                *state = PairState::new(&first, &second);
             }
         }
     }
 
+    #[inline(always)]
+    fn kick(&self, state: &mut PairState, kick: &Kick) {
+        state.velocity = plus(state.velocity, times(kick.impulse, self.inverse_mass));
+        state.spin = plus(state.spin, times(kick.moment, self.free));
+    }
+
     /// Turns both freely; angular momentum and energy stay.
-    #[inline]
-    fn turn(&self, first: &mut BodyState, second: &mut BodyState, tick_s: f64) {
-        let (a, b) = (first.attitude.coords, second.attitude.coords);
-        // nalgebra stores x, y, z, w.
-        let attitude = [Two(a[3], b[3]), Two(a[0], b[0]), Two(a[1], b[1]), Two(a[2], b[2])];
-        let (a, b) = (&first.spin_n_m_s, &second.spin_n_m_s);
-        let spin = [Two(a[0], b[0]), Two(a[1], b[1]), Two(a[2], b[2])];
-        let half = Two(0.5 * tick_s, 0.5 * tick_s);
-        let [w, x, y, z] = turned(attitude, spin, &Symmetric(self.inverse_inertia.map(|part| part * half)));
-        first.attitude = UnitQuaternion::new_unchecked(Quaternion::new(w.0, x.0, y.0, z.0));
-        second.attitude = UnitQuaternion::new_unchecked(Quaternion::new(w.1, x.1, y.1, z.1));
+    #[inline(always)]
+    fn turn(&self, state: &mut PairState, half: Two) {
+        let half_inverse = Symmetric(self.inverse_inertia.0.map(|part| part * half));
+        state.attitude = turned(state.attitude, state.spin, &half_inverse);
     }
 }
 
-/// All but the turn.
-#[inline(always)]
-fn semi_implicit(body: &Body, state: &mut BodyState, tick_s: f64, push: &Push) {
-    let moment = push.moment_n_m(&state.position_m);
-    body.kick(state, &(push.force_n * tick_s), &(moment * tick_s));
-    state.position_m += state.velocity_m_per_s * tick_s;
+/// Impulses on both, and their moments about the centres of mass.
+struct Kick {
+    impulse: Triple<Two>,
+    moment: Triple<Two>,
 }
 
-/// All that comes before the turn; gives the kick that comes after it.
-#[inline(always)]
-fn half_a_kick(body: &Body, state: &mut BodyState, tick_s: f64, push: &Push) -> (Vector3<f64>, Vector3<f64>) {
-    let half_s = 0.5 * tick_s;
-    let moment = push.moment_n_m(&(state.position_m + state.velocity_m_per_s * half_s));
-    let kick = (push.force_n * half_s, moment * half_s);
-    body.kick(state, &kick.0, &kick.1);
-    // Now it has the average velocity of the tick.
-    state.position_m += state.velocity_m_per_s * tick_s;
-    kick
+impl Kick {
+    #[inline(always)]
+    fn new(on: &[Push; 2], centres: Triple<Two>, duration: Two) -> Self {
+        let force = beside(&on[0].force_n, &on[1].force_n);
+        let arm = minus(beside(&on[0].point_m, &on[1].point_m), centres);
+        let moment = plus(cross(arm, force), beside(&on[0].torque_n_m, &on[1].torque_n_m));
+        Kick { impulse: times(force, duration), moment: times(moment, duration) }
+    }
 }
 
-fn runge_kutta_4(body: &Body, state: &mut BodyState, tick_s: f64, push: &Push) {
+fn runge_kutta_4(body: &Body, before: &BodyState, tick_s: f64, push: &Push) -> BodyState {
     let half_s = 0.5 * tick_s;
-    let before = *state;
+    let velocity_after = |time_s: f64| before.velocity_m_per_s + push.force_n * (time_s / body.mass_kg());
     let spin_after = |time_s: f64| {
         let mean = before.position_m + before.velocity_m_per_s * (0.5 * time_s);
         before.spin_n_m_s + push.moment_n_m(&mean) * time_s
@@ -122,9 +196,10 @@ fn runge_kutta_4(body: &Body, state: &mut BodyState, tick_s: f64, push: &Push) {
     let k2 = body.attitude_rate(&(first + k1 * half_s), &middle);
     let k3 = body.attitude_rate(&(first + k2 * half_s), &middle);
     let k4 = body.attitude_rate(&(first + k3 * tick_s), &end);
-    let later = half_a_kick(body, state, tick_s, push);
-    body.kick(state, &later.0, &later.1);
-    if !body.is_fixed() {
-        state.attitude = unit(first + (k1 + (k2 + k3) * 2.0 + k4) * (tick_s / 6.0));
+    BodyState {
+        position_m: before.position_m + velocity_after(half_s) * tick_s,
+        attitude: unit(first + (k1 + (k2 + k3) * 2.0 + k4) * (tick_s / 6.0)),
+        velocity_m_per_s: velocity_after(tick_s),
+        spin_n_m_s: end,
     }
 }

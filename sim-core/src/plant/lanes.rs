@@ -1,4 +1,4 @@
-//! The free turn of a rigid body, written once for one number or for several side by side.
+//! Arithmetic and the free turn of a rigid body, written once for one number or for several side by side.
 //!
 //! Chaser and target turn by the same operations on different numbers. Written over [`Lane`], the compiler puts both into one
 //! register: two bodies cost little more than one. Every lane has the bits that it would have alone, but for the number of
@@ -86,22 +86,27 @@ impl Lane for Two {
 pub(crate) type Triple<T> = [T; 3];
 
 #[inline(always)]
-fn plus<T: Lane>(a: Triple<T>, b: Triple<T>) -> Triple<T> {
+pub(crate) fn plus<T: Lane>(a: Triple<T>, b: Triple<T>) -> Triple<T> {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
 #[inline(always)]
-fn dot<T: Lane>(a: Triple<T>, b: Triple<T>) -> T {
+pub(crate) fn minus<T: Lane>(a: Triple<T>, b: Triple<T>) -> Triple<T> {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+#[inline(always)]
+pub(crate) fn dot<T: Lane>(a: Triple<T>, b: Triple<T>) -> T {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[inline(always)]
-fn times<T: Lane>(a: Triple<T>, factor: T) -> Triple<T> {
+pub(crate) fn times<T: Lane>(a: Triple<T>, factor: T) -> Triple<T> {
     [a[0] * factor, a[1] * factor, a[2] * factor]
 }
 
 #[inline(always)]
-fn cross<T: Lane>(a: Triple<T>, b: Triple<T>) -> Triple<T> {
+pub(crate) fn cross<T: Lane>(a: Triple<T>, b: Triple<T>) -> Triple<T> {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
@@ -111,7 +116,7 @@ pub(crate) struct Symmetric<T>(pub [T; 6]);
 
 impl<T: Lane> Symmetric<T> {
     #[inline(always)]
-    fn times(&self, v: Triple<T>) -> Triple<T> {
+    pub(crate) fn times(&self, v: Triple<T>) -> Triple<T> {
         let [xx, yy, zz, xy, xz, yz] = self.0;
         [xx * v[0] + xy * v[1] + xz * v[2], xy * v[0] + yy * v[1] + yz * v[2], xz * v[0] + yz * v[1] + zz * v[2]]
     }
@@ -132,7 +137,7 @@ pub(crate) fn turned<T: Lane>(q: [T; 4], spin: Triple<T>, half_inverse: &Symmetr
 
 /// A vector of global axes, in the axes of a body at the attitude q.
 #[inline(always)]
-fn in_body<T: Lane>(q: [T; 4], global: Triple<T>) -> Triple<T> {
+pub(crate) fn in_body<T: Lane>(q: [T; 4], global: Triple<T>) -> Triple<T> {
     // v + 2 w (v × u) + 2 u × (u × v) for the inverse turn, with u the vector part.
     let u = [q[1], q[2], q[3]];
     let side = cross(global, times(u, T::all(2.0)));
@@ -151,7 +156,7 @@ fn half_turn<T: Lane>(spin: Triple<T>, half_inverse: &Symmetric<T>) -> Triple<T>
     for _ in 1..ROUNDS_MAX {
         half = half_inverse.times(middle);
         let next = plus(spin, cross(middle, half));
-        let change = [next[0] - middle[0], next[1] - middle[1], next[2] - middle[2]];
+        let change = minus(next, middle);
         middle = next;
         let angle = dot(half, half);
         if (dot(change, change) * angle * angle).within(dot(middle, middle) * T::all(ENERGY)) {

@@ -18,7 +18,8 @@
 
 use super::Plant;
 use super::body::{Body, BodyMotion, BodyState, Push};
-use super::integrator::{Integrator, Pair};
+use super::integrator::{Integrator, Pair, PairState};
+use super::lanes::{Triple, Two, in_body};
 use crate::frames::{Chaser, Nozzle, Pose, Probe, Target};
 use crate::refusal::{Refusal, finite};
 use crate::space::{Motion, Spatial, Wrench};
@@ -40,14 +41,26 @@ pub struct TwoBody {
     nozzle_m: Vector3<f64>,
 }
 
-/// How both bodies move, each in the axes of its interface: the chaser's attitude turns *probe* axes into global axes, the
-/// target's turns *nozzle* axes into global axes. [`TwoBody::motions`] says it in the bodies' own axes.
+/// How both bodies move, each in the axes of its interface: [`TwoBodyState::chaser`] and [`TwoBodyState::target`].
+/// [`TwoBody::motions`] says it in the bodies' own axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TwoBodyState {
-    /// Chaser.
-    pub chaser: BodyState,
-    /// Target.
-    pub target: BodyState,
+pub struct TwoBodyState(PairState);
+
+impl TwoBodyState {
+    /// Both bodies, in the axes of their interfaces.
+    pub fn new(chaser: &BodyState, target: &BodyState) -> Self {
+        TwoBodyState(PairState::new(chaser, target))
+    }
+
+    /// The chaser; its attitude turns *probe* axes into global axes.
+    pub fn chaser(&self) -> BodyState {
+        self.0.first()
+    }
+
+    /// The target; its attitude turns *nozzle* axes into global axes.
+    pub fn target(&self) -> BodyState {
+        self.0.second()
+    }
 }
 
 impl TwoBody {
@@ -71,7 +84,7 @@ impl TwoBody {
             nozzle,
             target_start: BodyMotion::default(),
             integrator,
-            pair: Pair::new(chaser.in_axes(&probe.attitude), target.in_axes(&nozzle.attitude)),
+            pair: Pair::new([chaser.in_axes(&probe.attitude), target.in_axes(&nozzle.attitude)]),
             tip_m: probe.attitude.inverse() * probe.position_m,
             nozzle_m: nozzle.attitude.inverse() * nozzle.position_m,
         })
@@ -101,8 +114,8 @@ impl TwoBody {
     }
 
     /// Chaser and target, in the axes of their interfaces: those of the state.
-    pub fn bodies_at_interface(&self) -> [&Body; 2] {
-        [&self.pair.first, &self.pair.second]
+    pub fn bodies_at_interface(&self) -> &[Body; 2] {
+        self.pair.bodies()
     }
 
     /// How it is integrated.
@@ -116,10 +129,10 @@ impl TwoBody {
             let own = body.state(motion);
             BodyState { attitude: own.attitude * interface, ..own }
         };
-        TwoBodyState {
-            chaser: state(&motions[0], &self.bodies[0], &self.probe.attitude),
-            target: state(&motions[1], &self.bodies[1], &self.nozzle.attitude),
-        }
+        TwoBodyState::new(
+            &state(&motions[0], &self.bodies[0], &self.probe.attitude),
+            &state(&motions[1], &self.bodies[1], &self.nozzle.attitude),
+        )
     }
 
     /// How chaser and target move, in the bodies' own axes.
@@ -128,19 +141,19 @@ impl TwoBody {
             body.motion(&BodyState { attitude: state.attitude * interface.inverse(), ..*state })
         };
         [
-            motion(&state.chaser, &self.bodies[0], &self.probe.attitude),
-            motion(&state.target, &self.bodies[1], &self.nozzle.attitude),
+            motion(&state.chaser(), &self.bodies[0], &self.probe.attitude),
+            motion(&state.target(), &self.bodies[1], &self.nozzle.attitude),
         ]
     }
 
     /// What a wrench on the chaser at the probe tip, in the nozzle frame, does to chaser and target now.
     #[inline]
     pub fn pushes(&self, state: &TwoBodyState, wrench: &Wrench) -> [Push; 2] {
-        let nozzle_axes = state.target.attitude.to_rotation_matrix().into_inner();
+        let nozzle_axes = state.0.second_attitude().to_rotation_matrix().into_inner();
         let action = Push {
             force_n: nozzle_axes * wrench.force_n,
             torque_n_m: nozzle_axes * wrench.torque_n_m,
-            point_m: state.chaser.position_m + state.chaser.attitude * self.tip_m,
+            point_m: Vector3::from(state.0.position.map(|two| two.0)) + state.0.first_attitude() * self.tip_m,
         };
         [action, action.reaction()]
     }
@@ -148,12 +161,13 @@ impl TwoBody {
     /// Lets two pushes, held in global axes at their points, act on chaser and target for `tick_s`.
     #[inline]
     pub fn advance(&self, state: &mut TwoBodyState, tick_s: f64, pushes: &[Push; 2]) {
-        self.pair.advance(self.integrator, (&mut state.chaser, &mut state.target), tick_s, pushes);
+        self.pair.advance(self.integrator, &mut state.0, tick_s, pushes);
     }
 
     /// Kinetic energy of both.
     pub fn energy_j(&self, state: &TwoBodyState) -> f64 {
-        self.pair.first.energy_j(&state.chaser) + self.pair.second.energy_j(&state.target)
+        let [chaser, target] = self.pair.bodies();
+        chaser.energy_j(&state.chaser()) + target.energy_j(&state.target())
     }
 }
 
@@ -181,17 +195,18 @@ impl Plant<Spatial> for TwoBody {
 
     #[inline]
     fn motion(&self, state: &TwoBodyState) -> Motion {
-        let TwoBodyState { chaser, target } = state;
-        let to_nozzle = target.attitude.to_rotation_matrix().into_inner().transpose();
-        let attitude = target.attitude.inverse() * chaser.attitude;
+        let state = &state.0;
+        let (chaser, target) = (state.first_attitude(), state.second_attitude());
+        let to_nozzle = target.to_rotation_matrix().into_inner().transpose();
+        let attitude = target.inverse() * chaser;
         let probe_to_nozzle = attitude.to_rotation_matrix().into_inner();
-        let chaser_spin = chaser.attitude.inverse() * chaser.spin_n_m_s;
         // Each body's rate in the axes of its own interface.
-        let chaser_rate = self.pair.first.rate(&chaser_spin);
-        let target_rate = self.pair.second.rate(&(to_nozzle * target.spin_n_m_s));
-        let apart_m = to_nozzle * (chaser.position_m - target.position_m) + probe_to_nozzle * self.tip_m;
-        let velocity = to_nozzle * (chaser.velocity_m_per_s - target.velocity_m_per_s)
-            + probe_to_nozzle * chaser_rate.cross(&self.tip_m);
+        let rates = self.pair.rates(in_body(state.attitude, state.spin));
+        let chaser_rate = Vector3::from(rates.map(|two| two.0));
+        let target_rate = Vector3::from(rates.map(|two| two.1));
+        let between = |triple: Triple<Two>| to_nozzle * Vector3::from(triple.map(|two| two.0 - two.1));
+        let apart_m = between(state.position) + probe_to_nozzle * self.tip_m;
+        let velocity = between(state.velocity) + probe_to_nozzle * chaser_rate.cross(&self.tip_m);
         Motion {
             position_m: apart_m - self.nozzle_m,
             attitude,
@@ -291,11 +306,11 @@ mod tests {
         let mut state = bodies.start(&approach());
         let before = bodies.motion(&state).velocity_m_per_s.z;
         let contact = Wrench { force_n: Vector3::new(0.0, 0.0, -9.0), torque_n_m: Vector3::zeros() };
-        let axis = state.target.attitude * Vector3::z();
-        let target_before = state.target.velocity_m_per_s.dot(&axis);
+        let axis = state.target().attitude * Vector3::z();
+        let target_before = state.target().velocity_m_per_s.dot(&axis);
         bodies.step(&mut state, step(1_000_000), &contact);
         assert!(bodies.motion(&state).velocity_m_per_s.z < before);
-        assert!(state.target.velocity_m_per_s.dot(&axis) > target_before);
+        assert!(state.target().velocity_m_per_s.dot(&axis) > target_before);
     }
 
     #[test]
@@ -304,12 +319,12 @@ mod tests {
         let bodies =
             TwoBody::new(chaser, Body::fixed(), Pose::default(), Pose::default(), Integrator::ExactHold).unwrap();
         let mut state = bodies.start(&approach());
-        let target = state.target;
+        let target = state.target();
         let force_n = Vector3::new(1.0, 2.0, -3.0);
         bodies.step(&mut state, step(4_000_000), &Wrench { force_n, torque_n_m: Vector3::x() });
-        assert_eq!(state.target, target);
+        assert_eq!(state.target(), target);
         assert!(
-            (state.chaser.velocity_m_per_s - approach().velocity_m_per_s - force_n * (0.004 / 60.0)).norm() < 1e-17
+            (state.chaser().velocity_m_per_s - approach().velocity_m_per_s - force_n * (0.004 / 60.0)).norm() < 1e-17
         );
         let moving = BodyMotion { velocity_m_per_s: Vector3::x(), ..BodyMotion::default() };
         let refusal = bodies.with_target(moving).unwrap_err();
