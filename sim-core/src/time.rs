@@ -14,6 +14,7 @@ impl Nanos {
     }
 
     /// Seconds; exact to rounding for less than 104 days.
+    #[inline]
     pub fn seconds(self) -> f64 {
         self.0 as f64 * 1e-9
     }
