@@ -108,13 +108,13 @@ impl<'a, S: Space, R: Rig<S>, const EFFECTS: bool, const CLAMPED: bool> Run<'a, 
     #[inline(always)]
     fn command(&mut self, now: Nanos) {
         let rig = self.of.rig;
+        let step = Step { index: self.loop_index as u64, now, dt: self.of.rates.loop_period };
         self.signals.commanded = match self.clamps.commanded {
             Some(recorded) if CLAMPED => recorded[self.loop_index.min(recorded.len() - 1)],
-            _ => rig.plant().motion(&self.satellites),
+            _ => rig.compensator().command(&mut self.compensator, step, rig.plant().motion(&self.satellites)),
         };
         let mut fresh = rig.link().receive::<S>(&self.signals.commanded);
         if EFFECTS {
-            let step = Step { index: self.loop_index as u64, now, dt: self.of.rates.loop_period };
             let seen = &self.signals;
             self.memories.each(self.of.effects, &self.of.on[0], step, |effect, context| {
                 effect.received(context, seen, &mut fresh);
