@@ -19,6 +19,7 @@
 //! Not modelled: crosstalk, a nozzle that turns against gravity while it is held by its robot (g is constant).
 
 use super::{ForceSensor, Noisy, SensorNoise};
+use crate::refusal::{Refusal, finite, not_negative};
 use crate::rng::Stream;
 use crate::space::{Motion, Spatial, Wrench};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -51,6 +52,25 @@ impl SpaceCell {
             gravity: -Vector3::y(),
             bias,
         }
+    }
+
+    /// Refuses what no sensor can be: numbers that are not finite, a direction of gravity that is not a unit vector.
+    pub fn check(&self) -> Result<(), Refusal> {
+        let each = |name: &'static str, value: &Vector3<f64>, unit: &'static str| {
+            value.iter().try_for_each(|&value| finite(name, value, unit).map(|_| ()))
+        };
+        each("tip_m", &self.tip_m, "m")?;
+        not_negative("tool_weight_n", self.tool_weight_n, "N")?;
+        each("tool_centre_m", &self.tool_centre_m, "m")?;
+        each("bias.force_n", &self.bias.force_n, "N")?;
+        each("bias.torque_n_m", &self.bias.torque_n_m, "N m")?;
+        each("gravity", &self.gravity, "")?;
+        let value = self.gravity.norm();
+        // Wide enough for a direction that was typed with six digits.
+        if (value - 1.0).abs() > 1e-6 {
+            return Err(Refusal { name: "gravity", value, unit: "", limit: "is not the length of a unit vector" });
+        }
+        Ok(())
     }
 
     /// What the sensor reads without contact: weight of the tool and bias, in the sensor frame.

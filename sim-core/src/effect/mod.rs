@@ -15,6 +15,9 @@ use alloc::sync::Arc;
 use alloc::vec::Vec;
 use serde::{Deserialize, Serialize};
 
+mod along;
+pub use along::{catalog_along, kind_along};
+
 /// The clocks of a run. Every period is a whole number of physics steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Rates {
