@@ -7,6 +7,7 @@ mod confusion;
 mod determinism;
 mod effects;
 mod hidden;
+mod r#loop;
 mod mistakes;
 mod oracles;
 mod page;
