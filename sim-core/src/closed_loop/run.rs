@@ -141,7 +141,9 @@ impl<'a, S: Space, R: Rig<S>, const EFFECTS: bool, const CLAMPED: bool> Run<'a, 
         let now_s = step.now.seconds();
         let achieved =
             if self.accelerated { robot.motion(&mut self.robot, now_s) } else { robot.pose(&mut self.robot, now_s) };
-        self.signals.achieved = achieved;
+        if EFFECTS || CLAMPED {
+            self.signals.achieved = achieved;
+        }
         if !EFFECTS || self.of.on[1].is_empty() {
             return achieved;
         }
@@ -186,7 +188,9 @@ impl<'a, S: Space, R: Rig<S>, const EFFECTS: bool, const CLAMPED: bool> Run<'a, 
         let (rig, effects, on) = (self.of.rig, self.of.effects, &self.of.on);
         let (signals, memories) = (&mut self.signals, &mut self.memories);
         let mut touch = rig.geometry().touch(&achieved);
-        signals.touch = touch;
+        if EFFECTS || self.columns.sensor_ticks {
+            signals.touch = touch;
+        }
         if EFFECTS && !on[3].is_empty() {
             let mut out = touch;
             memories.each(effects, &on[3], step, |effect, context| {
@@ -196,7 +200,9 @@ impl<'a, S: Space, R: Rig<S>, const EFFECTS: bool, const CLAMPED: bool> Run<'a, 
             touch = out;
         }
         let mut contact = rig.law().force(&touch);
-        signals.contact = contact;
+        if EFFECTS {
+            signals.contact = contact;
+        }
         if EFFECTS && !on[4].is_empty() {
             let mut out = contact;
             memories.each(effects, &on[4], step, |effect, context| {

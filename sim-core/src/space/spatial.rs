@@ -46,7 +46,7 @@ pub struct MotionLine {
 const SMALL_RAD: f64 = 0.07;
 
 /// The attitude turned by `turn_rad` (axis times angle, in nozzle axes).
-#[inline]
+#[inline(always)]
 pub fn turned(attitude: &UnitQuaternion<f64>, turn_rad: &Vector3<f64>) -> UnitQuaternion<f64> {
     let half2 = 0.25 * turn_rad.norm_squared();
     let (cos, sin_per_angle) = if half2 < 0.25 * SMALL_RAD * SMALL_RAD {
@@ -106,7 +106,7 @@ impl Path for Motion {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn on(line: &MotionLine, share: f64) -> Self {
         Motion {
             position_m: line.from_m + line.change_m * share,
@@ -164,6 +164,7 @@ pub struct Wrench {
 }
 
 impl Default for Wrench {
+    #[inline]
     fn default() -> Self {
         Wrench { force_n: Vector3::zeros(), torque_n_m: Vector3::zeros() }
     }
@@ -171,6 +172,7 @@ impl Default for Wrench {
 
 impl Add for Wrench {
     type Output = Self;
+    #[inline]
     fn add(self, other: Self) -> Self {
         Wrench { force_n: self.force_n + other.force_n, torque_n_m: self.torque_n_m + other.torque_n_m }
     }
@@ -178,6 +180,7 @@ impl Add for Wrench {
 
 impl Sub for Wrench {
     type Output = Self;
+    #[inline]
     fn sub(self, other: Self) -> Self {
         Wrench { force_n: self.force_n - other.force_n, torque_n_m: self.torque_n_m - other.torque_n_m }
     }
@@ -185,6 +188,7 @@ impl Sub for Wrench {
 
 impl Mul<f64> for Wrench {
     type Output = Self;
+    #[inline]
     fn mul(self, factor: f64) -> Self {
         Wrench { force_n: self.force_n * factor, torque_n_m: self.torque_n_m * factor }
     }

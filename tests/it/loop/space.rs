@@ -246,6 +246,8 @@ fn a_known_tool_is_taken_out_at_any_attitude() {
 fn virtual_torsional_damping_ends_a_spin() {
     let mut rig = aligned();
     rig.compensator.virtual_damping.about = Vector3::z() * 2.0;
+    // A weight that is taken out at an attitude 16 ms old would push across the axis.
+    (rig.sensor.tool_weight_n, rig.compensator.known.tool_weight_n) = (0.0, 0.0);
     let mut start = level_start(1.0);
     start.first.rate_rad_per_s = Vector3::z() * 0.05;
     start.first.position_m.z = 0.001;
@@ -256,7 +258,8 @@ fn virtual_torsional_damping_ends_a_spin() {
     assert!((first - Vector3::new(0.0, 0.0, -0.1)).norm() < 1e-12, "{first}");
     let last = last.unwrap();
     assert!(last.rate_rad_per_s.z < 0.05 && last.rate_rad_per_s.z > 0.0, "{last:?}");
-    assert!(last.rate_rad_per_s.x == 0.0 && last.rate_rad_per_s.y == 0.0);
+    // 250 ticks of some eight roundings of 0.05 rad/s.
+    assert!(last.rate_rad_per_s.xy().norm() <= 250.0 * 8.0 * f64::EPSILON * 0.05, "{last:?}");
 }
 
 /// The three architectures of thesis Fig. 3.1 are settings: what one does not listen to makes no difference to it.
