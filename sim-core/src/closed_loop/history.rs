@@ -26,7 +26,7 @@ impl<S: Space> History<S> {
         History { ring, head: 0, whole: whole as usize, share: steps - whole, step_s }
     }
 
-    /// As if everything had been moving along `first` for ever; `first` itself is pushed next.
+    /// As if everything had been moving along `first` for ever; `first` itself is put in next.
     pub fn fill(&mut self, first: &S::Motion) {
         let length = self.ring.len();
         for (i, pose) in self.ring.iter_mut().enumerate() {
@@ -35,24 +35,24 @@ impl<S: Space> History<S> {
         self.head = 0;
     }
 
-    /// Puts the newest pose in.
+    /// The pose as old as the delay, when `newest` is yet to be put in.
     #[inline]
-    pub fn push(&mut self, newest: S::Motion) {
-        self.ring[self.head] = newest;
-        self.head = if self.head + 1 == self.ring.len() { 0 } else { self.head + 1 };
-    }
-
-    /// The pose as old as the delay, if the newest one was just put in.
-    #[inline]
-    pub fn read(&self) -> S::Motion {
-        let young = self.at(self.whole);
+    pub fn read(&self, newest: &S::Motion) -> S::Motion {
+        let young = if self.whole == 0 { newest } else { self.at(self.whole) };
         if self.share == 0.0 { *young } else { S::Motion::blend(young, self.at(self.whole + 1), self.share) }
     }
 
+    /// Puts the newest pose in.
+    #[inline]
+    pub fn push(&mut self, newest: &S::Motion) {
+        self.ring[self.head] = *newest;
+        self.head = if self.head + 1 == self.ring.len() { 0 } else { self.head + 1 };
+    }
+
+    /// The pose that was put in `age` pushes ago, if the last one counts as 1.
     #[inline]
     fn at(&self, age: usize) -> &S::Motion {
-        let back = age + 1;
-        let slot = if back <= self.head { self.head - back } else { self.head + self.ring.len() - back };
+        let slot = if age <= self.head { self.head - age } else { self.head + self.ring.len() - age };
         &self.ring[slot]
     }
 }

@@ -50,8 +50,8 @@ const SMALL_RAD: f64 = 0.07;
 pub fn turned(attitude: &UnitQuaternion<f64>, turn_rad: &Vector3<f64>) -> UnitQuaternion<f64> {
     let half2 = 0.25 * turn_rad.norm_squared();
     let (cos, sin_per_angle) = if half2 < 0.25 * SMALL_RAD * SMALL_RAD {
-        let cos = 1.0 - half2 * (0.5 - half2 * (1.0 / 24.0 - half2 / 720.0));
-        (cos, 0.5 - half2 * (1.0 / 12.0 - half2 * (1.0 / 240.0 - half2 / 10_080.0)))
+        let cos = 1.0 - half2 * (0.5 - half2 * (1.0 / 24.0 - half2 * (1.0 / 720.0)));
+        (cos, 0.5 - half2 * (1.0 / 12.0 - half2 * (1.0 / 240.0 - half2 * (1.0 / 10_080.0))))
     } else {
         let half = libm::sqrt(half2);
         (libm::cos(half), 0.5 * libm::sin(half) / half)
