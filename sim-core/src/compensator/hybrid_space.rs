@@ -75,8 +75,8 @@ pub struct HybridSpaceState {
 }
 
 impl HybridSpace {
-    /// The real contact alone, felt by a sensor that is known exactly.
-    pub fn pure_hardware(known: SpaceCell) -> Self {
+    /// Both contacts, the virtual one still without stiffness and damping, no dead band.
+    pub fn new(known: SpaceCell) -> Self {
         HybridSpace {
             known,
             virtual_stiffness: AxisPair::default(),
@@ -84,7 +84,7 @@ impl HybridSpace {
             onset_m: 0.0,
             dead_band_n: 0.0,
             dead_band_n_m: 0.0,
-            architecture: Architecture::PureHardware,
+            architecture: Architecture::Hybrid,
             virtual_pose: SpacePose::Measured,
         }
     }

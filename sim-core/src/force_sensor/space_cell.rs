@@ -22,7 +22,7 @@ use super::{ForceSensor, Noisy, SensorNoise};
 use crate::refusal::{Refusal, finite, not_negative};
 use crate::rng::Stream;
 use crate::space::{Motion, Spatial, Wrench};
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{Rotation3, UnitQuaternion, Vector3};
 
 /// Mounting, tool and bias of the sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,25 +73,26 @@ impl SpaceCell {
         Ok(())
     }
 
+    /// Turns sensor axes into nozzle axes, at this pose of the probe. A matrix: it turns three vectors with fewer products than a
+    /// quaternion does.
+    #[inline(always)]
+    pub fn attitude(&self, pose: &Motion) -> Rotation3<f64> {
+        (pose.attitude * self.mounting).to_rotation_matrix()
+    }
+
     /// What the sensor reads without contact: weight of the tool and bias, in the sensor frame.
-    #[inline]
-    pub fn unloaded(&self, sensor_to_nozzle: &UnitQuaternion<f64>) -> Wrench {
-        let weight_n = sensor_to_nozzle.inverse_transform_vector(&(self.gravity * self.tool_weight_n));
+    #[inline(always)]
+    pub fn unloaded(&self, sensor_to_nozzle: &Rotation3<f64>) -> Wrench {
+        let weight_n = sensor_to_nozzle.matrix().tr_mul(&self.gravity) * self.tool_weight_n;
         Wrench {
             force_n: weight_n + self.bias.force_n,
             torque_n_m: self.tool_centre_m.cross(&weight_n) + self.bias.torque_n_m,
         }
     }
 
-    /// Turns sensor axes into nozzle axes, at this pose of the probe.
-    #[inline]
-    pub fn attitude(&self, pose: &Motion) -> UnitQuaternion<f64> {
-        pose.attitude * self.mounting
-    }
-
     /// A load in the sensor frame, moved to the probe tip and turned into nozzle axes.
-    #[inline]
-    pub fn at_tip(&self, sensor_to_nozzle: &UnitQuaternion<f64>, load: &Wrench) -> Wrench {
+    #[inline(always)]
+    pub fn at_tip(&self, sensor_to_nozzle: &Rotation3<f64>, load: &Wrench) -> Wrench {
         Wrench {
             force_n: sensor_to_nozzle * load.force_n,
             torque_n_m: sensor_to_nozzle * (load.torque_n_m - self.tip_m.cross(&load.force_n)),
@@ -100,20 +101,12 @@ impl SpaceCell {
 }
 
 impl ForceSensor<Spatial> for SpaceCell {
-    #[inline]
+    #[inline(always)]
     fn reading(&self, achieved: &Motion, interface: &Wrench) -> Wrench {
-        // A matrix turns three vectors with fewer products than a quaternion does.
-        let to_nozzle = self.attitude(achieved).to_rotation_matrix();
-        let to_sensor = to_nozzle.matrix().transpose();
-        let force_n = to_sensor * interface.force_n;
-        let weight_n = to_sensor * self.gravity * self.tool_weight_n;
-        Wrench {
-            force_n: force_n + weight_n + self.bias.force_n,
-            torque_n_m: to_sensor * interface.torque_n_m
-                + self.tip_m.cross(&force_n)
-                + self.tool_centre_m.cross(&weight_n)
-                + self.bias.torque_n_m,
-        }
+        let attitude = self.attitude(achieved);
+        let force_n = attitude.matrix().tr_mul(&interface.force_n);
+        let torque_n_m = attitude.matrix().tr_mul(&interface.torque_n_m) + self.tip_m.cross(&force_n);
+        Wrench { force_n, torque_n_m } + self.unloaded(&attitude)
     }
 
     fn reads_acceleration(&self) -> bool {
