@@ -56,3 +56,27 @@ impl<S: Space> History<S> {
         &self.ring[slot]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::space::{Axis, AxisMotion};
+
+    /// Along a straight line every delay is exact: whole steps, none, and a share of one.
+    #[test]
+    fn it_reads_as_late_as_the_delay_says() {
+        let at = |time_s: f64| AxisMotion::moving(0.035 * time_s, 0.035);
+        for delay_s in [0.0, 0.001, 0.0162, 0.0004] {
+            let mut history = History::<Axis>::new(delay_s, Nanos(1_000_000));
+            history.fill(&at(0.0));
+            for step in 0..100 {
+                let now_s = f64::from(step) * 1e-3;
+                let late = history.read(&at(now_s));
+                history.push(&at(now_s));
+                // A few roundings of positions below 3.5 mm.
+                let off_m = late.position_m - at(now_s - delay_s).position_m;
+                assert!(off_m.abs() <= 8.0 * f64::EPSILON * 0.0035, "{delay_s} s, step {step}: {off_m}");
+            }
+        }
+    }
+}

@@ -149,3 +149,66 @@ impl Noisy for Wrench {
         Wrench { force_n: Vector3::new(x, y, z), torque_n_m: Vector3::new(about_x, about_y, about_z) }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::force_sensor::AxisCell;
+    use crate::rng::Streams;
+    use crate::space::{Axis, AxisMotion};
+
+    fn bias() -> Wrench {
+        Wrench { force_n: Vector3::new(0.0, 0.0, 2.1), torque_n_m: Vector3::zeros() }
+    }
+
+    /// On a level cell, at any pitch: the sensor of one axis, along z.
+    #[test]
+    fn a_level_sensor_reads_along_z_what_the_one_of_one_axis_reads() {
+        let space = SpaceCell::level(73.5, bias());
+        let axis = AxisCell { tool_weight_n: 73.5, bias_n: 2.1 };
+        for pitch_rad in [-0.5, 0.0, 0.1, 1.2] {
+            let attitude = UnitQuaternion::from_scaled_axis(Vector3::x() * pitch_rad);
+            // The probe's own z carries 9 N of contact.
+            let interface = Wrench { force_n: attitude * Vector3::new(0.0, 0.0, -9.0), torque_n_m: Vector3::zeros() };
+            let reading = space.reading(&Motion { attitude, ..Motion::default() }, &interface);
+            let pose = AxisMotion { pitch_rad, ..AxisMotion::default() };
+            let expected_n = ForceSensor::<Axis>::reading(&axis, &pose, &9.0);
+            // A dozen roundings of numbers up to 73.5 N.
+            assert!((reading.force_n.z - expected_n).abs() <= 16.0 * f64::EPSILON * 73.5, "{pitch_rad}");
+        }
+    }
+
+    /// A force at the tip turns the sensor about its origin; the tool's weight does so at its own centre.
+    #[test]
+    fn torque_is_about_the_origin_of_the_sensor() {
+        let mut cell = SpaceCell::level(10.0, Wrench::default());
+        cell.tip_m = Vector3::z() * 0.2;
+        cell.tool_centre_m = Vector3::z() * 0.1;
+        let push = Wrench { force_n: Vector3::x() * 5.0, torque_n_m: Vector3::zeros() };
+        let reading = cell.reading(&Motion::default(), &push);
+        // z × x = y: 0.2 m · 5 N. The weight: z × -y = x: 0.1 m · 10 N.
+        assert_eq!(reading.torque_n_m, Vector3::new(1.0, 1.0, 0.0));
+        let attitude = cell.attitude(&Motion::default());
+        assert_eq!(cell.at_tip(&attitude, &(reading - cell.unloaded(&attitude))), push);
+    }
+
+    #[test]
+    fn a_channel_without_noise_draws_nothing_and_keeps_its_reading() {
+        let some = SensorNoise { white_n: 0.1, ..SensorNoise::NONE };
+        let mut noise = WrenchNoise::NONE;
+        assert!(Wrench::silent(&noise));
+        noise.torque[1] = some;
+        let mut random = Streams::new(1).named("noise");
+        let expected = 0.1 * random.clone().normal();
+        let noisy = bias().noisy(&noise, &mut [0.0; 6], &mut random);
+        assert_eq!(noisy, bias() + Wrench { force_n: Vector3::zeros(), torque_n_m: Vector3::y() * expected });
+    }
+
+    #[test]
+    fn gravity_is_a_direction() {
+        let cell = SpaceCell { gravity: Vector3::y() * -9.81, ..SpaceCell::level(10.0, Wrench::default()) };
+        assert_eq!(cell.check().unwrap_err().limit, "is not the length of a unit vector");
+        assert!(SpaceCell::level(-1.0, Wrench::default()).check().is_err());
+        assert!(SpaceCell::level(1.0, bias()).check().is_ok());
+    }
+}
