@@ -4,6 +4,7 @@
 mod cli;
 mod compare;
 mod confusion;
+mod contact;
 mod determinism;
 mod effects;
 mod hidden;
