@@ -3,6 +3,7 @@
 
 mod cli;
 mod compare;
+mod compensators;
 mod confusion;
 mod contact;
 mod determinism;
