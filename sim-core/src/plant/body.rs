@@ -16,8 +16,9 @@
 //!
 //! Drift, free: `ρ += T v`, and for the attitude the implicit midpoint rule with Cayley's rotation
 //! `μ = M + (T/2) μ × J⁻¹μ`, `q ← q ⊗ (1, T J⁻¹μ/2) / |·|`.
-//! The rotation takes M to 2μ - M, so that L stays; and `μ · (M⁺ - M) ⊥ J⁻¹`: the energy `M·J⁻¹M/2` stays as well. Both hold to
-//! rounding whatever the step. The phase is of second order. No sine, no root: a drift costs a few tens of products.
+//! The rotation takes M to `M⁺ = 2μ - M`, so that L stays. The energy `M·J⁻¹M/2` changes by `(M⁺ - M)·J⁻¹μ`, and `M⁺ - M` is
+//! across `J⁻¹μ`: it stays as well. Both hold to rounding whatever the step; the phase is of second order. It takes no sine.
+//! How it is computed: `plant/lanes.rs`.
 //!
 //! Not modelled: flexible appendages, propellant, a mass that changes.
 
