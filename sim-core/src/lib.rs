@@ -13,6 +13,7 @@
 
 extern crate alloc;
 
+pub mod audit;
 pub mod closed_loop;
 pub mod compensator;
 pub mod contact;
@@ -22,6 +23,7 @@ pub mod effect;
 pub mod effects;
 pub mod energy;
 pub mod force_sensor;
+pub mod frames;
 pub mod geometry;
 pub mod link;
 pub mod plant;

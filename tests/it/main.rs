@@ -1,6 +1,7 @@
 //! One integration binary.
 #![expect(clippy::unwrap_used, reason = "a test may stop where it stands")]
 
+mod bodies;
 mod cli;
 mod compare;
 mod compensators;
@@ -9,6 +10,7 @@ mod contact;
 mod determinism;
 mod effects;
 mod hidden;
+mod r#loop;
 mod mistakes;
 mod oracles;
 mod page;

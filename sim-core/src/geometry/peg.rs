@@ -114,6 +114,7 @@ impl Peg {
 }
 
 impl Geometry<Spatial> for Peg {
+    #[inline]
     fn touch(&self, achieved: &Motion) -> Touch {
         let axis = achieved.attitude * Vector3::z();
         let mut near = self.nose(achieved);

@@ -10,7 +10,7 @@
 use super::bench::{MASS_KG, RATES, SPEED_M_PER_S, STIFFNESS_N_PER_M, bench, restitution, run};
 use sim_core::compensator::{Compensation, Hybrid};
 use sim_core::contact::{Sides, SpringDashpot};
-use sim_core::plant::Integrator;
+use sim_core::plant::PointIntegrator as Integrator;
 use sim_core::space::AxisMotion;
 
 /// Where the stiffness is.
