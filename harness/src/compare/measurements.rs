@@ -238,6 +238,7 @@ pub fn compare_measurements(
         ));
         runs.push(one);
     }
+    findings.extend(std::iter::once(reference).chain(sessions).filter_map(super::measurement_words::no_bias));
     let limits: Vec<LimitResult> = runs.iter().flat_map(|run| limits.iter().map(|limit| held(limit, run))).collect();
     Ok(Measurements {
         schema: 1,
