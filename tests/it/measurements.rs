@@ -124,8 +124,14 @@ fn a_table_without_velocities_and_mass_is_compared_as_far_as_it_goes() {
         answer.runs[0].quantities
     );
     assert!(finds(&answer, "not both records say reduced_mass_kg"), "{:?}", answer.findings);
+    let restitution = quantity(&answer, "restitution_zero_depth");
+    assert!(restitution.verdict == Verdict::InsideNoise && restitution.uncertainty.unwrap() > 0.0, "{restitution:?}");
+    // The cell's virtual damper pulls before d = 0. A table does not tell when: the same name would be two quantities.
     let restitution = quantity(&answer, RESTITUTION);
-    assert!(restitution.difference.unwrap().abs() < 0.05 && restitution.uncertainty.unwrap() > 0.0, "{restitution:?}");
+    assert!(
+        restitution.verdict == Verdict::CannotSay && restitution.about.contains("taken otherwise"),
+        "{restitution:?}"
+    );
     assert_eq!(quantity(&answer, "observed_energy_j").difference, None);
     assert!(!finds(&answer, "ft_bias"));
     table.believed.remove("ft_bias").unwrap();
@@ -165,7 +171,7 @@ fn the_command_compares_two_recordings() {
     let both = shell.run(&["compare", "--reference", &other, "--model", "DIR/m.toml", &impact()]);
     assert!(both.exit == 2 && both.err.contains("cannot be used with"), "{}", both.err);
     let alone = shell.run(&["compare", "--model", "DIR/m.toml", "--reference-map", "x.toml", &impact()]);
-    assert!(alone.exit == 2 && alone.err.contains("--reference"), "{}", alone.err);
+    assert!(alone.exit == 2 && alone.err.contains("'--reference-map"), "{}", alone.err);
 }
 
 #[test]
