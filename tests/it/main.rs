@@ -4,6 +4,7 @@
 mod cli;
 mod compare;
 mod confusion;
+mod contact;
 mod criteria;
 mod determinism;
 mod effects;
