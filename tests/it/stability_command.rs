@@ -10,8 +10,7 @@ fn json(shell: &Shell, args: &[&str]) -> (u8, Value) {
     (ran.exit, value)
 }
 
-const NUMBERS: [&str; 6] =
-    ["--mass-kg", "60", "--stiffness-n-per-m", "1000", "--damping-n-s-per-m", "50"];
+const NUMBERS: [&str; 6] = ["--mass-kg", "60", "--stiffness-n-per-m", "1000", "--damping-n-s-per-m", "50"];
 
 #[test]
 fn three_numbers_give_the_critical_dead_time() {
@@ -85,8 +84,14 @@ fn a_chart_is_drawn_and_swept() {
 fn questions_without_meaning_are_refused() {
     let shell = Shell::with_model();
     for (args, says) in [
-        (&["stability", "--mass-kg", "0", "--stiffness-n-per-m", "1", "--damping-n-s-per-m", "1"][..], "is not above 0"),
-        (&["stability", "--mass-kg", "nan", "--stiffness-n-per-m", "1", "--damping-n-s-per-m", "1"], "not a finite number"),
+        (
+            &["stability", "--mass-kg", "0", "--stiffness-n-per-m", "1", "--damping-n-s-per-m", "1"][..],
+            "is not above 0",
+        ),
+        (
+            &["stability", "--mass-kg", "nan", "--stiffness-n-per-m", "1", "--damping-n-s-per-m", "1"],
+            "not a finite number",
+        ),
         (&["stability", "--mass-kg", "1"], "--stiffness-n-per-m"),
         (&["stability"], "MODEL.toml"),
         (&["stability", "DIR/none.toml"], "cannot read the model"),

@@ -14,6 +14,7 @@
 //! | `comparison` | the page of a comparison: limits, blocks, quantities |
 //! | `compared` | curves of a comparison |
 //! | `stability` | the page of `dockhil stability` |
+//! | `measurements` | the page of two measurements |
 //! | `words` | numbers, units and names as text |
 
 mod compared;
@@ -21,6 +22,7 @@ mod comparison;
 mod diagnosis;
 mod ladder;
 mod maps;
+mod measurements;
 mod missing;
 mod quantities;
 mod signals;
@@ -31,4 +33,5 @@ pub mod words;
 pub use comparison::comparison;
 pub use diagnosis::diagnosis;
 pub use ladder::ladder_page;
+pub use measurements::measurements;
 pub use stability::stability_page;
