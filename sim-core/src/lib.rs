@@ -13,6 +13,7 @@
 
 extern crate alloc;
 
+pub mod calibration;
 pub mod closed_loop;
 pub mod compensator;
 pub mod contact;
