@@ -23,6 +23,7 @@ pub mod effects;
 pub mod energy;
 pub mod force_sensor;
 pub mod geometry;
+pub mod identification;
 pub mod link;
 pub mod plant;
 pub mod readout;

@@ -160,8 +160,7 @@ impl Parameters {
     pub fn jacobian(&self, gravity_m_per_s2: &Vector3<f64>, warmer_k: f64, terms: Terms) -> DMatrix<f64> {
         let down = self.alignment * gravity_m_per_s2;
         let weight = down * self.mass_kg;
-        let (to_force, to_torque) =
-            (Matrix3::identity() + self.shear, self.centre_m.cross_matrix() + self.lever_m);
+        let (to_force, to_torque) = (Matrix3::identity() + self.shear, self.centre_m.cross_matrix() + self.lever_m);
         let mut rows = DMatrix::zeros(6, terms.count());
         for axis in 0..6 {
             rows[(axis, axis)] = 1.0;

@@ -18,7 +18,10 @@ pub const DISTINCT_RAD: f64 = core::f64::consts::PI / 180.0;
 const GRID: usize = 200;
 /// Most poses that are proposed at once.
 const ADD_MAX: usize = 4;
-/// How many times the yardstick is good enough. Chosen: a full turn about one axis has 1.1 to 1.6, ± 30° have 10 and more.
+/// Proposed poses keep this far apart: 30 degrees. Chosen, so that four of them are four attitudes.
+const APART_RAD: f64 = core::f64::consts::PI / 6.0;
+/// How many times the yardstick is good enough. Chosen: of 36 poses a full turn about one axis has 1.0,
+/// ± 60° have 4.5, ± 30° have 18.
 pub const ENOUGH: f64 = 3.0;
 
 /// The least known combination of three numbers.
@@ -102,8 +105,8 @@ pub fn even(count: usize) -> Vec<Vector3<f64>> {
 
 /// Judges the poses of a calibration.
 pub fn observe(calibration: &Calibration, poses: &[StaticPose]) -> Observability {
-    let gravity = poses.iter().map(|pose| pose.gravity_m_per_s2.norm()).sum::<f64>() / poses.len().max(1) as f64;
-    let scaled = |units: Vec<Vector3<f64>>| units.into_iter().map(|unit| unit * gravity).collect::<Vec<_>>();
+    let gravity_size = poses.iter().map(|pose| pose.gravity_m_per_s2.norm()).sum::<f64>() / poses.len().max(1) as f64;
+    let scaled = |units: Vec<Vector3<f64>>| units.into_iter().map(|unit| unit * gravity_size).collect::<Vec<_>>();
     let grid = scaled(even(GRID));
     let visited: Vec<Vector3<f64>> = poses.iter().map(|pose| pose.gravity_m_per_s2).collect();
     let mut covariance = calibration.covariance.clone();
@@ -127,11 +130,15 @@ pub fn observe(calibration: &Calibration, poses: &[StaticPose]) -> Observability
     };
     let mut anywhere_n = found.anywhere_n;
     while anywhere_n > ENOUGH * even_n && found.add.len() < ADD_MAX {
-        let (worst, _) = largest(calibration, &covariance, &grid);
+        let apart = |gravity: &&Vector3<f64>| {
+            found.add.iter().all(|old| angle(&old.direction, &(**gravity / gravity_size)) > APART_RAD)
+        };
+        let free: Vec<Vector3<f64>> = grid.iter().filter(apart).copied().collect();
+        let (worst, _) = largest(calibration, &covariance, &free);
         covariance = with_pose(calibration, &covariance, &worst);
         anywhere_n = largest(calibration, &covariance, &grid).1;
         let bias_n = principal(&block(&covariance, 0)).1;
-        found.add.push(Addition { direction: worst / gravity, anywhere_n, bias_n });
+        found.add.push(Addition { direction: worst / gravity_size, anywhere_n, bias_n });
     }
     found
 }
@@ -170,11 +177,7 @@ fn with_pose(calibration: &Calibration, covariance: &DMatrix<f64>, gravity: &Vec
 }
 
 /// The direction in which the predicted force is least known, and its standard deviation there.
-fn largest(
-    calibration: &Calibration,
-    covariance: &DMatrix<f64>,
-    directions: &[Vector3<f64>],
-) -> (Vector3<f64>, f64) {
+fn largest(calibration: &Calibration, covariance: &DMatrix<f64>, directions: &[Vector3<f64>]) -> (Vector3<f64>, f64) {
     let deviation = |gravity: &Vector3<f64>| {
         let rows = calibration.parameters.jacobian(gravity, 0.0, calibration.terms);
         let force = rows.rows(0, 3);

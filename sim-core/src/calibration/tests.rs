@@ -32,8 +32,7 @@ fn read(down: [f64; 3], turn_rad: [f64; 3], stream: &mut Stream, noise: Noise) -
     let weight = turned(turn_rad, down).map(|part| part * MASS_KG);
     let torque = cross(CENTRE_M, weight);
     let force: [f64; 3] = core::array::from_fn(|i| weight[i] + BIAS[i] + noise.force_sigma_n * stream.normal());
-    let torque: [f64; 3] =
-        core::array::from_fn(|i| torque[i] + BIAS[i + 3] + noise.torque_sigma_n_m * stream.normal());
+    let torque: [f64; 3] = core::array::from_fn(|i| torque[i] + BIAS[i + 3] + noise.torque_sigma_n_m * stream.normal());
     StaticPose {
         gravity_m_per_s2: Vector3::from(down),
         force_n: Vector3::from(force),
