@@ -3,6 +3,7 @@
 #![warn(missing_docs)]
 
 pub mod blocks;
+pub mod calibrate;
 pub mod case;
 pub mod clamp;
 pub mod cli;

@@ -1,6 +1,7 @@
 //! One integration binary.
 #![expect(clippy::unwrap_used, reason = "a test may stop where it stands")]
 
+mod calibration;
 mod cli;
 mod compare;
 mod confusion;

@@ -3,6 +3,7 @@
 //! Nothing is computed here. A command reads its files, calls the function that does the work, and prints what came back.
 //! [`run`] takes its arguments and its writers, so that a test calls it as a shell would.
 
+mod calibrate;
 mod compare;
 mod console;
 mod demo;
@@ -53,6 +54,8 @@ enum Command {
     Diagnose(diagnose::Arguments),
     /// Show how the error falls on the test recordings, effect by effect.
     Ladder(ladder::Arguments),
+    /// Calibrate a force/torque sensor and its tool from poses at rest.
+    Calibrate(calibrate::Arguments),
     /// Write recordings and a model to a folder, and go all the way from error to effect.
     Demo(demo::Arguments),
 }
@@ -133,6 +136,7 @@ impl Command {
             Command::Compare(arguments) => arguments.run(catalog, console),
             Command::Diagnose(arguments) => arguments.run(catalog, console),
             Command::Ladder(arguments) => arguments.run(catalog, console),
+            Command::Calibrate(arguments) => arguments.run(catalog, console),
             Command::Demo(arguments) => arguments.run(catalog, console),
         }
     }
