@@ -328,7 +328,7 @@ fn the_real_poses_determine_the_real_result() {
         let found = calibrate(&readings, noise, Terms::USUAL).unwrap();
         assert!(found.steps.len() <= 4, "{:?}", found.steps);
         let parameters = found.parameters;
-        // Rounding of 1e-16 × 17 N, and at most a hundred times that for the condition of the poses.
+        // Rounding of 1e-16 × 17 N, and at most a thousand times that for the condition of the poses.
         assert!((parameters.mass_kg - mass_kg).abs() < 1e-12 && parameters.misalignment_rad().norm() < 1e-12);
         for axis in 0..3 {
             assert!((parameters.bias_force_n[axis] - bias[axis]).abs() < 1e-12);
@@ -339,5 +339,5 @@ fn the_real_poses_determine_the_real_result() {
         (worst, best) = (worst.max(seen.anywhere_n / seen.even_n), best.min(seen.anywhere_n / seen.even_n));
         assert!(seen.is_enough(), "{base}: {seen:?}");
     }
-    eprintln!("KTH poses: a force in any attitude is known {best:.2} to {worst:.2} times as well as with even poses");
+    eprintln!("KTH poses: the error of a predicted force is {best:.2} to {worst:.2} times that of even poses");
 }

@@ -4,7 +4,7 @@
 
 use crate::refusal::{Refusal, finite};
 use alloc::vec::Vec;
-use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, Rotation3, SVector, Vector3, Vector6};
+use nalgebra::{DMatrix, DVector, Matrix3, Matrix6, SVector, UnitQuaternion, Vector3, Vector6};
 
 /// Symmetric crosstalk between forces, without trace: S = [[s0, s2, s3], [s2, s1, s4], [s3, s4, -s0-s1]].
 const SHEAR: usize = 5;
@@ -93,8 +93,8 @@ pub struct Parameters {
     pub mass_kg: f64,
     /// Its centre of mass from the sensor's origin, in the sensor's own axes.
     pub centre_m: Vector3<f64>,
-    /// Turns the nominal axes into the sensor's own: `v_S = D v_S0`.
-    pub alignment: Rotation3<f64>,
+    /// Turns the nominal axes into the sensor's own: `v_S = D v_S0`. A quaternion, since the angle of a matrix near 1 is lost.
+    pub alignment: UnitQuaternion<f64>,
     /// S: what a force reads too much, per force, in the other axes.
     pub shear: Matrix3<f64>,
     /// Q: what a force reads as a torque beyond its lever arm.
@@ -113,7 +113,7 @@ impl Parameters {
             bias_torque_n_m: Vector3::zeros(),
             mass_kg: 0.0,
             centre_m: Vector3::zeros(),
-            alignment: Rotation3::identity(),
+            alignment: UnitQuaternion::identity(),
             shear: Matrix3::zeros(),
             lever_m: Matrix3::zeros(),
             drift_force_n_per_k: Vector3::zeros(),
@@ -201,7 +201,7 @@ impl Parameters {
         new.centre_m += three(7);
         let mut next = ALWAYS;
         if terms.misalignment {
-            new.alignment = Rotation3::from_scaled_axis(three(next)) * self.alignment;
+            new.alignment = UnitQuaternion::from_scaled_axis(three(next)) * self.alignment;
             next += 3;
         }
         if terms.crosstalk {
@@ -266,7 +266,7 @@ mod tests {
         let mut truth = Parameters::nothing();
         truth.mass_kg = 12.0;
         truth.centre_m = Vector3::new(0.02, -0.03, 0.15);
-        truth.alignment = Rotation3::from_scaled_axis(Vector3::new(0.3, -0.2, 0.1));
+        truth.alignment = UnitQuaternion::from_scaled_axis(Vector3::new(0.3, -0.2, 0.1));
         truth.shear = shear_of(2) * 0.02;
         truth.lever_m = lever_of(4) * 0.003;
         let gravity = Vector3::new(3.0, -5.0, 7.8);

@@ -9,7 +9,7 @@
 //! Without a misalignment among the terms D is the identity. Crosstalk and temperature start at zero.
 
 use super::measurement::{Parameters, StaticPose, Terms};
-use nalgebra::{Matrix3, Matrix6, Rotation3, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3, Vector6};
 
 /// The start, or `None` if the poses do not determine it.
 pub fn start(poses: &[StaticPose], terms: Terms) -> Option<Parameters> {
@@ -36,14 +36,15 @@ pub fn start(poses: &[StaticPose], terms: Terms) -> Option<Parameters> {
 }
 
 /// The rotation D that makes tr(Dᵀ M) largest.
-fn nearest_rotation(matrix: &Matrix3<f64>) -> Option<Rotation3<f64>> {
+fn nearest_rotation(matrix: &Matrix3<f64>) -> Option<UnitQuaternion<f64>> {
     let decomposed = matrix.svd(true, true);
     let (u, v_t) = (decomposed.u?, decomposed.v_t?);
     let (u1, u2): (Vector3<f64>, Vector3<f64>) = (u.column(0).into(), u.column(1).into());
     let (v1, v2) = (v_t.row(0).transpose(), v_t.row(1).transpose());
     // The third pair follows from the others: it is arbitrary where all directions lie in one plane, and never a reflection.
     let rotation = u1 * v1.transpose() + u2 * v2.transpose() + u1.cross(&u2) * v1.cross(&v2).transpose();
-    rotation.iter().all(|value| value.is_finite()).then(|| Rotation3::from_matrix_unchecked(rotation))
+    let is_finite = rotation.iter().all(|value| value.is_finite());
+    is_finite.then(|| UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation)))
 }
 
 /// Centre of mass and bias of the torque, by linear least squares.

@@ -67,7 +67,7 @@ fn poses(directions: &[[f64; 3]], stream: &mut Stream, noise: Noise) -> Vec<Stat
 /// Estimate less truth, in the order of the estimate. The misalignment as the small turn from truth to estimate.
 fn error(calibration: &Calibration) -> [f64; 13] {
     let found = &calibration.parameters;
-    let truth = nalgebra::Rotation3::from_scaled_axis(Vector3::from(TURN_RAD));
+    let truth = nalgebra::UnitQuaternion::from_scaled_axis(Vector3::from(TURN_RAD));
     let turn = (found.alignment * truth.inverse()).scaled_axis();
     core::array::from_fn(|nth| match nth {
         0..3 => found.bias_force_n[nth] - BIAS[nth],
@@ -135,7 +135,7 @@ fn a_sensor_mounted_upside_down_is_calibrated() {
         random_directions(36, &mut stream).iter().map(|down| read(*down, turn, &mut stream, NOISE)).collect();
     let found = calibrate(&poses, NOISE, Terms::USUAL).unwrap();
     assert!(found.steps.len() <= 4, "{:?}", found.steps);
-    let truth = nalgebra::Rotation3::from_scaled_axis(Vector3::from(turn));
+    let truth = nalgebra::UnitQuaternion::from_scaled_axis(Vector3::from(turn));
     // Five standard deviations of the misalignment.
     let most = 5.0 * found.deviations()[10..].iter().fold(0.0_f64, |most, part| most.max(*part));
     assert!((found.parameters.alignment * truth.inverse()).angle() < most);
