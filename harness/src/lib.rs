@@ -11,6 +11,7 @@ pub mod compare;
 pub mod diagnose;
 pub mod error;
 pub mod files;
+pub mod identify;
 pub mod model;
 pub mod recording;
 pub mod report;

@@ -8,6 +8,7 @@ mod confusion;
 mod determinism;
 mod effects;
 mod hidden;
+mod identification;
 mod mistakes;
 mod oracles;
 mod page;

@@ -9,6 +9,7 @@ mod console;
 mod demo;
 mod diagnose;
 mod effect;
+mod identify;
 mod inputs;
 mod ladder;
 mod model;
@@ -56,6 +57,8 @@ enum Command {
     Ladder(ladder::Arguments),
     /// Calibrate a force/torque sensor and its tool from poses at rest.
     Calibrate(calibrate::Arguments),
+    /// Identify what lies between a robot's command and its pose.
+    Identify(identify::Arguments),
     /// Write recordings and a model to a folder, and go all the way from error to effect.
     Demo(demo::Arguments),
 }
@@ -137,6 +140,7 @@ impl Command {
             Command::Diagnose(arguments) => arguments.run(catalog, console),
             Command::Ladder(arguments) => arguments.run(catalog, console),
             Command::Calibrate(arguments) => arguments.run(catalog, console),
+            Command::Identify(arguments) => arguments.run(catalog, console),
             Command::Demo(arguments) => arguments.run(catalog, console),
         }
     }
