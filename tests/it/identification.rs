@@ -175,6 +175,36 @@ fn free_flight_shows_the_delay_of_a_foreign_simulator() {
     check_delay(&hidden, 40.0);
 }
 
+/// An impact excites no line, but shows the delay all the same: five of its own standard deviations of 0.07 ms. Whether it is a
+/// lag stays open, as it should at 0.65 Hz.
+#[test]
+fn an_impact_shows_the_delay_and_not_its_form() {
+    let file = fixtures::session("cell-a", "learn_01.mcap").display().to_string();
+    let ran = Shell::new().run(&["identify", "robot", &file, "--json", "-"]);
+    assert_eq!((ran.exit, ran.err.as_str()), (3, ""), "{}", ran.out);
+    let found = json(&ran);
+    let one = axis(&found, "z");
+    assert!((one["equivalent_delay_s"].as_f64().unwrap() - 0.032).abs() < 3.5e-4, "{one}");
+    assert!(
+        one["excitations"][0]["lines"].as_array().unwrap().iter().all(|line| line[0].as_f64() > Some(0.1)),
+        "{one}"
+    );
+}
+
+/// A clock that runs ahead is no robot that foresees.
+#[test]
+fn a_pose_before_its_command_is_refused() {
+    let shell = Shell::new();
+    let z = |t: f64| 0.002 * libm::sin(TAU * 0.9 * t) + 0.001 * libm::sin(TAU * 3.1 * t);
+    let along_z = answer(None, -0.006, &z, 8.0);
+    let still = vec![0.0; along_z.len()];
+    let rest = |_: f64| 0.0;
+    save(&recording(8.0, [&rest, &rest, &z], [&still, &still, &along_z], 4), &shell.path("early.mcap"));
+    let ran = shell.run(&["identify", "robot", "DIR/early.mcap"]);
+    assert_eq!(ran.exit, 2, "{}", ran.out);
+    assert!(ran.err.contains("z: the pose comes 6.0") && ran.err.contains("clock = \"log\""), "{}", ran.err);
+}
+
 /// A lag of 10 Hz and 0.5 delays by 15.9 ms. Slow motion alone cannot say that it is no dead time of 15.9 ms; the answer says so.
 #[test]
 fn a_delay_that_could_be_either_is_not_decided() {

@@ -49,7 +49,7 @@ fn number_lines(numbers: &[NamedNumber]) -> Vec<String> {
         let (own, others) = rest.split_at(count);
         let list = |of: fn(&NamedNumber) -> f64| own.iter().map(|n| digits(of(n))).collect::<Vec<_>>().join(" ");
         let values = format!("  {:<36}{}  {}", first.name, list(|number| number.value), first.unit);
-        lines.push(values.trim_end_matches(" 1").to_owned());
+        lines.push(values.trim_end_matches("  1").to_owned());
         lines.push(format!("  {:<36}{}", "  ± 1 sd", list(|number| number.deviation)));
         rest = others;
     }

@@ -7,7 +7,7 @@ use crate::model::ROBOT_AXES;
 use crate::recording::Session;
 use serde::Serialize;
 use sim_core::identification::excitation::Sampled;
-use sim_core::identification::form::DECISIVE;
+use sim_core::identification::form::{DECISIVE, DEVIATIONS_MIN};
 use sim_core::identification::{Choice, Form, Lag, Line, Spectrum, Way, spectrum};
 
 /// A command that changes in more than this part of its samples is an excitation, and no sequence of steps.
@@ -91,7 +91,22 @@ pub fn identify_robot(sessions: &[Session]) -> Result<RobotIdentification, Error
             _ => bare.place(format!("{} recordings", sessions.len())),
         });
     }
-    Ok(RobotIdentification { axes: found })
+    match found.iter().find(|axis| comes_early(axis.choice.way())) {
+        Some(axis) => Err(early(axis)),
+        None => Ok(RobotIdentification { axes: found }),
+    }
+}
+
+/// Whether the pose comes before its command by more than the data leave open.
+fn comes_early(way: &Way) -> bool {
+    way.equivalent_delay_s() < -DEVIATIONS_MIN * way.dead_time_s.1
+}
+
+fn early(axis: &AxisIdentification) -> Error {
+    let early_ms = -1e3 * axis.equivalent_delay_s;
+    Error::new(format!("{}: the pose comes {early_ms:.2} ms before its command", axis.axis))
+        .place("clocks of command and pose")
+        .help("date both by one clock: clock = \"log\" in the map given with --map, or clock_of for one of them")
 }
 
 fn excitation(signal: &AxisSignal, session: &Session) -> Option<(Excited, Choice)> {
@@ -129,7 +144,8 @@ fn one(axis: &'static str, steps: Vec<Stepped>, excited: Vec<(Excited, Choice)>)
     let way = *choice.way();
     let rivals = choice.ways.iter().filter(|other| other.form != way.form && other.form != Form::Both);
     let is_decided = rivals.map(|other| other.criterion - way.criterion).all(|worse| worse > DECISIVE);
-    let dead_time_s = (way.form != Form::Lag).then_some([way.dead_time_s.0, way.dead_time_s.1]);
+    // Below 0 within its scatter is 0.
+    let dead_time_s = (way.form != Form::Lag).then_some([way.dead_time_s.0.max(0.0), way.dead_time_s.1]);
     Some(AxisIdentification {
         axis,
         form: super::section::form(way.form).id(),

@@ -1,8 +1,11 @@
 //! An identification in words: what lies between command and pose, why not something else, and from which data.
 
 use super::robot::{AxisIdentification, Excited, RobotIdentification};
-use super::steps::Stepped;
+use super::steps::{Coupling, Stepped};
 use sim_core::identification::{Form, Way};
+
+/// An excursion of fewer standard deviations of its noise is not shown as one.
+const NOISES: f64 = 4.0;
 
 /// The whole result as text.
 pub fn text(robot: &RobotIdentification) -> String {
@@ -61,12 +64,17 @@ fn step_lines(step: &Stepped, axis: &str) -> Vec<String> {
         }
         _ => "no overshoot".to_owned(),
     };
-    let coupling: Vec<String> = step
-        .coupling
-        .iter()
-        .map(|other| format!("{} {:.1} ± {:.1} %", other.axis, other.percent, other.noise_percent))
-        .collect();
+    let coupling: Vec<String> = step.coupling.iter().map(coupling_words).collect();
     vec![format!("  step of {:.4} {unit} at {:.2} s: {read}; coupled: {}", step.size, step.at_s, coupling.join(", "))]
+}
+
+fn coupling_words(other: &Coupling) -> String {
+    // The largest of some hundred means of pure noise lies at three of its standard deviations.
+    let floor = NOISES * other.noise_percent;
+    if other.percent < floor {
+        return format!("{} below {floor:.1} %", other.axis);
+    }
+    format!("{} {:.1} ± {:.1} %", other.axis, other.percent, other.noise_percent)
 }
 
 fn excited_lines(excited: &Excited) -> Vec<String> {

@@ -129,7 +129,8 @@ pub fn frequencies(command: &Sampled<'_>) -> Vec<f64> {
     // Below two resolutions a line cannot be told from an offset.
     let is_peak = |nth: &usize| {
         let (from, to) = (nth.saturating_sub(reach).max(2 * FINE), (nth + reach).min(count - 1));
-        sizes[*nth] > LINE_MIN * largest && (from..=to).all(|other| sizes[other] <= sizes[*nth])
+        let is_summit = sizes[*nth - 1] < sizes[*nth];
+        is_summit && sizes[*nth] > LINE_MIN * largest && (from..=to).all(|other| sizes[other] <= sizes[*nth])
     };
     let refined = |nth: usize| {
         let [before, own, after] = [sizes[nth - 1], sizes[nth], sizes[(nth + 1).min(count - 1)]];
