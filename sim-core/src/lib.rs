@@ -17,6 +17,7 @@ pub mod calibration;
 pub mod closed_loop;
 pub mod compensator;
 pub mod contact;
+pub mod criterion;
 pub mod delay;
 pub mod effect;
 pub mod effects;

@@ -5,6 +5,7 @@ mod calibration;
 mod cli;
 mod compare;
 mod confusion;
+mod contact;
 mod determinism;
 mod effects;
 mod hidden;
