@@ -2,6 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "a test may stop where it stands")]
 
 mod bodies;
+mod calibration;
 mod cli;
 mod compare;
 mod compensators;
@@ -11,6 +12,7 @@ mod criteria;
 mod determinism;
 mod effects;
 mod hidden;
+mod identification;
 mod r#loop;
 mod measurements;
 mod mistakes;

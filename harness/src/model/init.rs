@@ -47,8 +47,10 @@ pub fn from_session(session: &Session) -> Result<Model, Error> {
             bias_n,
             white_sigma_n: or("ft_force_sigma_n", 0.0)?,
             slow_sigma_n: or("ft_force_slow_sigma_n", 0.0)?,
+            calibration: None,
         },
         readout: ReadoutModel { position_sigma_m: or("position_sigma_m", 0.0)? },
+        robot: None,
         repeatability: Repeatability::default(),
         effects: Vec::new(),
     })
@@ -82,6 +84,7 @@ fn drive(session: &Session) -> Result<Model, Error> {
         virtual_contact: VirtualContactModel::default(),
         sensor: SensorModel::default(),
         readout: ReadoutModel::default(),
+        robot: None,
         repeatability: Repeatability::default(),
         effects: Vec::new(),
     })

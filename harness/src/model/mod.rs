@@ -10,13 +10,17 @@ use sim_core::effect::{Attached, Catalog, Kind, Param, Where};
 use sim_core::space::Axis;
 use std::path::Path;
 
+mod calibration;
 mod edit;
 mod init;
 mod place;
+mod robot;
 mod schema;
 mod text;
+pub use calibration::{CalibrationModel, TemperatureModel};
 pub use edit::{Editor, EffectText};
 pub use init::from_session;
+pub use robot::{ROBOT_AXES, RobotAxis, RobotForm, RobotModel};
 pub use schema::schema;
 
 /// A whole model.
@@ -45,6 +49,9 @@ pub struct Model {
     /// Read-out noise of the pose.
     #[serde(default)]
     pub readout: ReadoutModel,
+    /// What was identified of the robot.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub robot: Option<RobotModel>,
     /// How well a run repeats another one.
     #[serde(default)]
     pub repeatability: Repeatability,
@@ -136,6 +143,9 @@ pub struct SensorModel {
     pub white_sigma_n: f64,
     /// Standard deviation of the slow noise; a static recording overrides it.
     pub slow_sigma_n: f64,
+    /// What a calibration found in six axes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub calibration: Option<CalibrationModel>,
 }
 
 /// Read-out noise of the pose.
@@ -268,7 +278,9 @@ impl Model {
         if self.schema != 1 {
             return refuse("schema", f64::from(self.schema), "is not 1, the only version there is", "set schema = 1");
         }
-        for (key, value, sign) in self.numbers() {
+        let calibration = self.sensor.calibration.iter().flat_map(CalibrationModel::numbers);
+        let identified = self.robot.iter().flat_map(RobotModel::numbers);
+        for (key, value, sign) in self.numbers().into_iter().chain(calibration).chain(identified) {
             let (wrong, limit) = match sign {
                 Sign::Positive => (value <= 0.0, "is not above 0"),
                 Sign::NotNegative => (value < 0.0, "is below 0"),
@@ -283,6 +295,9 @@ impl Model {
                 let limit = format!("is above {upper}");
                 return refuse(key, value, &limit, "give the value in the unit of the key");
             }
+        }
+        if let Some((key, what, help)) = self.robot.as_ref().and_then(RobotModel::contradiction) {
+            return Err(Error::new(what).file(name).span(text, place::of_key(text, key)).help(help));
         }
         let timing = &self.timing;
         if timing.physics_step_s < STEP_MIN_S {

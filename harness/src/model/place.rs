@@ -6,10 +6,14 @@ use toml_edit::{Document, Item, Table};
 /// The bytes of `table.key = value`, or of a key at the top; the table, then the start of the file, if it is not written.
 pub fn of_key(text: &str, path: &str) -> Range<usize> {
     let Ok(document) = Document::parse(text) else { return 0..0 };
-    let Some((name, key)) = path.split_once('.') else { return in_table(document.as_table(), path).unwrap_or(0..0) };
-    // A table may also stand on one line; its keys then have no place of their own.
-    let whole = document.get(name).and_then(Item::span).unwrap_or(0..0);
-    document.get(name).and_then(Item::as_table).and_then(|table| in_table(table, key)).unwrap_or(whole)
+    let (mut table, mut path, mut whole) = (document.as_table(), path, 0..0);
+    while let Some((name, key)) = path.split_once('.') {
+        // A table may also stand on one line; its keys then have no place of their own.
+        whole = table.get(name).and_then(Item::span).unwrap_or(whole);
+        let Some(inner) = table.get(name).and_then(Item::as_table) else { return whole };
+        (table, path) = (inner, key);
+    }
+    in_table(table, path).unwrap_or(whole)
 }
 
 /// The same in the `nth` effect; without a key, or if it is not written, the effect's id.
