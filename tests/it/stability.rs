@@ -23,7 +23,7 @@ const SEED: u64 = 20_140_307;
 const STILL: f64 = 1e-12;
 
 fn runner(cases: u32) -> TestRunner {
-    let regressions = concat!(env!("CARGO_MANIFEST_DIR"), "/it/regressions/stability.txt");
+    let regressions = concat!(env!("CARGO_MANIFEST_DIR"), "/proptest-regressions/stability.txt");
     TestRunner::new(Config {
         cases,
         rng_seed: RngSeed::Fixed(SEED),
