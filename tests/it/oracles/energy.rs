@@ -143,7 +143,7 @@ fn o10_both_definitions_of_restitution_are_those_of_a_fine_simulation() {
 fn drawn(law: SpringDashpot) -> Trace<Axis> {
     let sensor = AxisCell { tool_weight_n: 0.0, bias_n: 0.0 };
     let (link, readout) = (Link { dead_time_s: 0.0 }, Readout { delay_s: 0.0 });
-    let rig = DriveAxis { plant: PointMass { mass_kg: MASS_KG }, link, readout, law, sensor };
+    let rig = DriveAxis { plant: PointMass::of_mass(MASS_KG), link, readout, law, sensor };
     let step = Nanos(10_000);
     let rates = Rates { physics_step: step, loop_period: step, sensor_period: step, ..FACILITY };
     let (first, noise) = (AxisMotion::moving(0.0, SPEED_M_PER_S), SensorNoise::NONE);
