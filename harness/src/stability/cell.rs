@@ -5,8 +5,9 @@
 
 use super::subject::Cell;
 use crate::model::Chosen;
+use sim_core::plant::PointIntegrator;
 use sim_core::stability::budget::{self, Contributor, Path, Stiffness};
-use sim_core::stability::sampled::{Arrival, Integrator, Issue, SampledLoop, SecondOrder, Seen, Sensing};
+use sim_core::stability::sampled::{Arrival, Issue, SampledLoop, SecondOrder, Seen, Sensing};
 
 /// Samples that a tick may have in the prediction.
 const SAMPLES_MAX: f64 = 64.0;
@@ -47,7 +48,7 @@ impl Linear {
                 arrival: Arrival::LineTo,
                 robot: None,
                 sensing: Sensing { samples_per_tick: samples as usize, averaged: 1, age_s: 0.0, low_pass: None },
-                integrator: Integrator::ExactHold,
+                integrator: PointIntegrator::ExactHold,
             },
             stiffness: Stiffness {
                 hardware_n_per_m: model.contact.stiffness_n_per_m,
@@ -59,7 +60,7 @@ impl Linear {
         };
         linear.late("dead time of the command", Path::Both, timing.command_delay_s);
         linear.late("read-back of the pose", Path::Virtual, timing.measurement_delay_s);
-        let hold_s = budget::integrator_delay_s(Integrator::ExactHold, timing.loop_period_s);
+        let hold_s = budget::integrator_delay_s(PointIntegrator::ExactHold, timing.loop_period_s);
         linear.late("force held for one tick", Path::Both, hold_s);
         for chosen in &cell.effects {
             linear.add(chosen);

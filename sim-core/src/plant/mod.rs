@@ -10,7 +10,7 @@ mod point_mass;
 mod two_body;
 pub use body::{Body, BodyMotion, BodyState, Push};
 pub use integrator::Integrator;
-pub use point_mass::{Integrator as PointIntegrator, PointMass, PointMassState};
+pub use point_mass::{PointIntegrator, PointMass, PointMassState};
 pub use two_body::{TwoBody, TwoBodyState};
 
 /// Turns the net force into a commanded motion, one tick at a time.

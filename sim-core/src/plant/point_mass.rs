@@ -26,7 +26,7 @@ use serde::{Deserialize, Serialize};
 /// How the position follows from a force that is held for one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Integrator {
+pub enum PointIntegrator {
     /// Exact for a force that is held.
     #[default]
     ExactHold,
@@ -43,13 +43,13 @@ pub struct PointMass {
     pub mass_kg: f64,
     /// How it is integrated; files that do not say hold exactly.
     #[serde(default)]
-    pub integrator: Integrator,
+    pub integrator: PointIntegrator,
 }
 
 impl PointMass {
     /// A point of this reduced mass, integrated exactly.
     pub fn of_mass(mass_kg: f64) -> Self {
-        PointMass { mass_kg, integrator: Integrator::ExactHold }
+        PointMass { mass_kg, integrator: PointIntegrator::ExactHold }
     }
 }
 
@@ -77,11 +77,11 @@ impl Plant<Axis> for PointMass {
         let tick_s = step.dt.seconds();
         let change_m_per_s = feedback * tick_s / self.mass_kg;
         state.position_m += match self.integrator {
-            Integrator::ExactHold => {
+            PointIntegrator::ExactHold => {
                 state.velocity_m_per_s * tick_s - feedback * tick_s * tick_s / (2.0 * self.mass_kg)
             }
-            Integrator::SemiImplicit => (state.velocity_m_per_s - change_m_per_s) * tick_s,
-            Integrator::Explicit => state.velocity_m_per_s * tick_s,
+            PointIntegrator::SemiImplicit => (state.velocity_m_per_s - change_m_per_s) * tick_s,
+            PointIntegrator::Explicit => state.velocity_m_per_s * tick_s,
         };
         state.velocity_m_per_s -= change_m_per_s;
     }

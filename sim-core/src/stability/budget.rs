@@ -15,7 +15,7 @@
 //! Source: `reference/PHYSICS.md`, section 2.2.
 
 use super::exact::damping_interval;
-use super::sampled::Integrator;
+use crate::plant::PointIntegrator;
 use crate::refusal::{Refusal, finite, positive};
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -138,11 +138,11 @@ pub fn mean_delay_s(count: usize, period_s: f64) -> f64 {
 }
 
 /// Delay by the integration of a force that is held for one tick.
-pub fn integrator_delay_s(integrator: Integrator, tick_s: f64) -> f64 {
+pub fn integrator_delay_s(integrator: PointIntegrator, tick_s: f64) -> f64 {
     match integrator {
-        Integrator::SemiImplicit => 0.0,
-        Integrator::ExactHold => 0.5 * tick_s,
-        Integrator::Explicit => tick_s,
+        PointIntegrator::SemiImplicit => 0.0,
+        PointIntegrator::ExactHold => 0.5 * tick_s,
+        PointIntegrator::Explicit => tick_s,
     }
 }
 

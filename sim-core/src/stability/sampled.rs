@@ -10,7 +10,7 @@
 //! | parameter | choices, and what they cost on the stiffness path |
 //! |---|---|
 //! | `Issue` | when x_{n+1} leaves: as it is computed at t_n (0); at t_{n+1} before that tick's reading (0); after it (T); a tick late (2 T) |
-//! | `Integrator` | semi-implicit 0, exact hold T/2, explicit T |
+//! | `PointIntegrator` | semi-implicit 0, exact hold T/2, explicit T |
 //! | `Arrival` | a jump; a line that starts when the command arrives; a line that ends then |
 //! | sensor | newest sample or mean of some, their age, low pass |
 //! | stiffness, damping | in hardware at the achieved pose; virtual on the measured or the commanded pose and rate |
@@ -27,18 +27,8 @@
 
 use super::eigen::spectral_radius;
 use super::sampled_tick::Tick;
+use crate::plant::PointIntegrator;
 use crate::refusal::{Refusal, finite, not_negative, positive};
-
-/// How a force that is held for one tick moves the satellites.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Integrator {
-    /// Speed first, position with the new speed.
-    SemiImplicit,
-    /// As a constant force moves a mass.
-    ExactHold,
-    /// Position with the old speed.
-    Explicit,
-}
 
 /// When the command for tick n + 1, computed at tick n, leaves for the robot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -127,7 +117,7 @@ pub struct SampledLoop {
     /// The force sensor.
     pub sensing: Sensing,
     /// How the satellites step.
-    pub integrator: Integrator,
+    pub integrator: PointIntegrator,
 }
 
 /// The damping that stabilises, both ends excluded.
@@ -163,7 +153,7 @@ impl SampledLoop {
             arrival: Arrival::Hold,
             robot: None,
             sensing: Sensing { samples_per_tick: 4, averaged: 1, age_s: 0.0, low_pass: None },
-            integrator: Integrator::SemiImplicit,
+            integrator: PointIntegrator::SemiImplicit,
         }
     }
 

@@ -11,7 +11,8 @@
 //! | g | filtered force | N |
 //! | age | time before the tick | s |
 
-use super::sampled::{Arrival, Integrator, Issue, SampledLoop, SecondOrder, Seen};
+use super::sampled::{Arrival, Issue, SampledLoop, SecondOrder, Seen};
+use crate::plant::PointIntegrator;
 use alloc::vec;
 use alloc::vec::Vec;
 use core::f64::consts::PI;
@@ -142,9 +143,9 @@ impl Tick {
         let (tick, position, speed) = (sampled.tick_s, state.positions[0], state.speed);
         let next_speed = speed + acceleration * tick;
         let next_position = match sampled.integrator {
-            Integrator::SemiImplicit => position + next_speed * tick,
-            Integrator::ExactHold => position + speed * tick + 0.5 * acceleration * tick * tick,
-            Integrator::Explicit => position + speed * tick,
+            PointIntegrator::SemiImplicit => position + next_speed * tick,
+            PointIntegrator::ExactHold => position + speed * tick + 0.5 * acceleration * tick * tick,
+            PointIntegrator::Explicit => position + speed * tick,
         };
         let mut next = vec![next_position];
         next.extend(&state.positions[..self.positions - 1]);

@@ -8,9 +8,13 @@
 //! How many nodes: a root in the right half plane is no larger than R, the spectral radius of
 //! `(I - Σ|Cⱼ|)⁻¹ (|A| + Σ|Aⱼ|)`. Twelve nodes and one more per radian of R τ_max resolve e^{sθ} there to a few digits.
 //!
-//! With Cⱼ (the inertia of a tool between sensor and contact, say) the system is neutral: chains of roots of ever higher
-//! frequency tend to a line Re s = ln(r)/τ, where r is the largest spectral radius of `Σ Cⱼ e^{iβⱼ}` over all phases βⱼ. From
-//! r = 1 on no finite set of roots decides: it is unstable at frequencies without bound.
+//! With Cⱼ (the inertia of a tool between sensor and contact, say) the system is neutral: it has chains of roots of ever higher
+//! frequency. With one such delay they tend to the line Re s = ln(r)/τ, r the spectral radius of C. From r = 1 on no finite set
+//! of roots decides: it is unstable at frequencies without bound.
+//!
+//! With several, r would be the largest spectral radius of `Σ Cⱼ e^{iβⱼ}` over all phases βⱼ. The phases are not searched: the
+//! spectral radius of `Σ|Cⱼ|` (entry by entry) stands in, an upper bound for every set of delays. Below 1 stability is decided
+//! by the roots, as it is. From 1 on a system is called unstable that may be stable: the answer errs on the safe side.
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
@@ -76,12 +80,13 @@ pub struct Spectrum {
     pub rigid_modes: usize,
     /// Whether there is a root at zero beside them: a motion that nothing brings back. It is left out of `roots`.
     pub root_at_zero: bool,
-    /// r of the neutral part; 0 if it has none. From 1 on the system is unstable at frequencies without bound.
+    /// r of the neutral part, 0 if it has none: exact with one delay of a rate, an upper bound with several. From 1 on no roots
+    /// are sought.
     pub neutral_radius: f64,
 }
 
 impl Spectrum {
-    /// Whether every motion that meets a force decays.
+    /// Whether every motion that meets a force decays. With several delays of rates a stable system may be called unstable.
     pub fn stable(&self) -> bool {
         self.neutral_radius < 1.0 && self.roots.first().is_none_or(|root| root.growth_per_s < 0.0)
     }
@@ -284,7 +289,7 @@ impl DelayedSystem {
         self.delayed.iter().any(|term| term.on_rate.iter().any(|&value| value != 0.0))
     }
 
-    /// r of the module's doc. One delay needs no search over phases, two are searched, more are bounded from above.
+    /// r of the module's doc. With one delay the phase does not matter; with several r is bounded from above.
     fn neutral_radius(&self) -> Result<f64, Refusal> {
         let neutral: Vec<&DMatrix<f64>> = self
             .delayed
@@ -297,7 +302,7 @@ impl DelayedSystem {
             [] => Ok(0.0),
             [only] => spectral_radius(only.clone()).ok_or(lost),
             _ => {
-                // Entry by entry no phase can make the sum larger than this.
+                // Entry by entry no phases can make the sum larger than this, so its radius is no smaller than r.
                 let n = self.now.nrows();
                 let sum = neutral.iter().fold(DMatrix::zeros(n, n), |sum, rate| sum + rate.abs());
                 spectral_radius(sum).ok_or(lost)
@@ -411,6 +416,25 @@ mod tests {
         assert_eq!(spectrum.rigid_modes, 2);
         let alone = axis(60.0, 1000.0, 50.0, 0.016).rightmost(1).unwrap();
         assert!((spectrum.roots[0].growth_per_s - alone.roots[0].growth_per_s).abs() < 1e-12);
+    }
+
+    #[test]
+    fn several_delays_of_rates_are_bounded_from_above() {
+        let rate = |delay_s, right: f64, left: f64| Delayed {
+            delay_s,
+            on_state: DMatrix::zeros(2, 2),
+            on_rate: DMatrix::from_row_slice(2, 2, &[0.0, right, left, 0.0]),
+        };
+        let radius = |terms: &[(f64, f64, f64)]| {
+            let delayed = terms.iter().map(|&(delay_s, right, left)| rate(delay_s, right, left)).collect();
+            let spectrum = DelayedSystem::new(-DMatrix::identity(2, 2), delayed).unwrap().rightmost(1).unwrap();
+            (spectrum.neutral_radius, spectrum.stable())
+        };
+        let (alone, _) = radius(&[(0.1, 0.6, 0.6)]);
+        assert!((alone - 0.6).abs() < 1e-12, "{alone}");
+        // Their phases a, b give a radius of 0.6 √|e^{2ia} - e^{2ib}|, 0.85 at most: the bound of 1.2 is safe, and not sharp.
+        let (bound, stable) = radius(&[(0.1, 0.6, 0.6), (0.23, 0.6, -0.6)]);
+        assert!((bound - 1.2).abs() < 1e-12 && !stable, "{bound}");
     }
 
     #[test]

@@ -10,7 +10,7 @@
 use super::bench::{MASS_KG, RATES, SPEED_M_PER_S, STIFFNESS_N_PER_M, bench, restitution, run};
 use sim_core::compensator::{Compensation, Hybrid};
 use sim_core::contact::{Sides, SpringDashpot};
-use sim_core::plant::PointIntegrator as Integrator;
+use sim_core::plant::PointIntegrator;
 use sim_core::space::AxisMotion;
 
 /// Where the stiffness is.
@@ -23,7 +23,7 @@ enum Spring {
 struct SetUp {
     name: &'static str,
     spring: Spring,
-    integrator: Integrator,
+    integrator: PointIntegrator,
     /// How many ticks later than 'before the step' a pose is valid.
     later: u32,
     /// `reference/PHYSICS.md`, section 2.2 and correction 4.
@@ -33,7 +33,7 @@ struct SetUp {
 const fn set_up(
     name: &'static str,
     spring: Spring,
-    integrator: Integrator,
+    integrator: PointIntegrator,
     later: u32,
     source_n_s_per_m: f64,
 ) -> SetUp {
@@ -41,15 +41,15 @@ const fn set_up(
 }
 
 const SET_UPS: [SetUp; 9] = [
-    set_up("virtual, exact hold, end of tick", Spring::Virtual, Integrator::ExactHold, 1, 40.90),
-    set_up("virtual, semi-implicit, end of tick", Spring::Virtual, Integrator::SemiImplicit, 1, 38.71),
-    set_up("virtual, semi-implicit, a tick late", Spring::Virtual, Integrator::SemiImplicit, 2, 43.10),
-    set_up("virtual, exact hold, before the step", Spring::Virtual, Integrator::ExactHold, 0, 36.53),
-    set_up("hardware, exact hold, before the step", Spring::Hardware, Integrator::ExactHold, 0, 19.38),
-    set_up("hardware, semi-implicit, before the step", Spring::Hardware, Integrator::SemiImplicit, 0, 17.21),
-    set_up("hardware, semi-implicit, end of tick", Spring::Hardware, Integrator::SemiImplicit, 1, 21.56),
-    set_up("hardware, exact hold, end of tick", Spring::Hardware, Integrator::ExactHold, 1, 23.74),
-    set_up("hardware, explicit, end of tick", Spring::Hardware, Integrator::Explicit, 1, 25.93),
+    set_up("virtual, exact hold, end of tick", Spring::Virtual, PointIntegrator::ExactHold, 1, 40.90),
+    set_up("virtual, semi-implicit, end of tick", Spring::Virtual, PointIntegrator::SemiImplicit, 1, 38.71),
+    set_up("virtual, semi-implicit, a tick late", Spring::Virtual, PointIntegrator::SemiImplicit, 2, 43.10),
+    set_up("virtual, exact hold, before the step", Spring::Virtual, PointIntegrator::ExactHold, 0, 36.53),
+    set_up("hardware, exact hold, before the step", Spring::Hardware, PointIntegrator::ExactHold, 0, 19.38),
+    set_up("hardware, semi-implicit, before the step", Spring::Hardware, PointIntegrator::SemiImplicit, 0, 17.21),
+    set_up("hardware, semi-implicit, end of tick", Spring::Hardware, PointIntegrator::SemiImplicit, 1, 21.56),
+    set_up("hardware, exact hold, end of tick", Spring::Hardware, PointIntegrator::ExactHold, 1, 23.74),
+    set_up("hardware, explicit, end of tick", Spring::Hardware, PointIntegrator::Explicit, 1, 25.93),
 ];
 
 type Loop = sim_core::rig::DockingAxis<SpringDashpot, Hybrid<Compensation>>;

@@ -1,11 +1,12 @@
 //! Oracles of stability: O1, O2, O3, O5, O13 and O14. Each number with its source and the tolerance that its source allows.
 
 use nalgebra::{Complex, DMatrix};
+use sim_core::plant::PointIntegrator;
 use sim_core::stability::budget::{Contributor, Path, Stiffness, budget, integrator_delay_s};
 use sim_core::stability::exact::{critical_delay, damping_interval, longest_delay};
 use sim_core::stability::impact::{OneSided, Pull};
 use sim_core::stability::pade::{critical_delay_pade, root_locus};
-use sim_core::stability::sampled::{Arrival, Integrator, Issue, SampledLoop, SecondOrder, Seen, Sensing};
+use sim_core::stability::sampled::{Arrival, Issue, SampledLoop, SecondOrder, Seen, Sensing};
 use sim_core::stability::spectral::{Delayed, DelayedForce, DelayedSystem};
 use sim_core::stability::windows::ScalarLoop;
 
@@ -215,8 +216,8 @@ impl Axis1 {
 /// arrives; `32 ms before the force is used` is dead time, and the rate is that of the pose then achieved.
 fn sampled_rows() -> Vec<(&'static str, SampledLoop, f64)> {
     let base = SampledLoop::facility(63.2, 1066.0, 0.0);
-    let exact = SampledLoop { integrator: Integrator::ExactHold, ..base };
-    let explicit = SampledLoop { integrator: Integrator::Explicit, ..base };
+    let exact = SampledLoop { integrator: PointIntegrator::ExactHold, ..base };
+    let explicit = SampledLoop { integrator: PointIntegrator::Explicit, ..base };
     let part = |natural_frequency_hz, damping_ratio| Some(SecondOrder { natural_frequency_hz, damping_ratio });
     let filtered = |from: SampledLoop, corner_hz| {
         let low_pass = part(corner_hz, std::f64::consts::FRAC_1_SQRT_2);
@@ -276,7 +277,7 @@ fn o5_the_sampled_loop_needs_the_damping_of_the_table() {
 #[test]
 fn o5_with_the_stiffness_in_hardware_the_damping_needed_stays_below_26() {
     for issue in [Issue::AsComputed, Issue::BeforeReading, Issue::WhenValid] {
-        for integrator in [Integrator::SemiImplicit, Integrator::ExactHold, Integrator::Explicit] {
+        for integrator in [PointIntegrator::SemiImplicit, PointIntegrator::ExactHold, PointIntegrator::Explicit] {
             let sampled = SampledLoop { issue, integrator, ..SampledLoop::facility(63.2, 1066.0, 0.0) };
             let found = sampled.damping_interval().unwrap().unwrap().low_n_s_per_m;
             assert!((17.0..26.0).contains(&found), "{issue:?} {integrator:?}: {found}");
@@ -289,12 +290,12 @@ fn o5_with_the_stiffness_in_hardware_the_damping_needed_stays_below_26() {
 fn o5_the_budget_predicts_the_sampled_loop() {
     let line = |name: &str, path, delay_s| Contributor { name: name.to_string(), path, delay_s };
     for (virtual_share, integrator, expected) in [
-        (0.0, Integrator::SemiImplicit, 21.56),
-        (0.0, Integrator::ExactHold, 23.74),
-        (0.0, Integrator::Explicit, 25.93),
-        (0.5, Integrator::SemiImplicit, 30.14),
-        (1.0, Integrator::SemiImplicit, 38.71),
-        (1.0, Integrator::ExactHold, 40.90),
+        (0.0, PointIntegrator::SemiImplicit, 21.56),
+        (0.0, PointIntegrator::ExactHold, 23.74),
+        (0.0, PointIntegrator::Explicit, 25.93),
+        (0.5, PointIntegrator::SemiImplicit, 30.14),
+        (1.0, PointIntegrator::SemiImplicit, 38.71),
+        (1.0, PointIntegrator::ExactHold, 40.90),
     ] {
         let stiffness =
             Stiffness { hardware_n_per_m: 1066.0 * (1.0 - virtual_share), virtual_n_per_m: 1066.0 * virtual_share };
