@@ -152,15 +152,8 @@ impl Rig<Axis> for Computed {
     }
 }
 
-/// Velocity after an impact in software that begins `gap_m` away.
-pub fn computed_exit_m_per_s(
-    mass_kg: f64,
-    software: Software,
-    gap_m: f64,
-    speed_m_per_s: f64,
-    step: Nanos,
-    seconds: f64,
-) -> f64 {
+/// An impact in software that begins with `first`.
+pub fn computed(mass_kg: f64, software: Software, first: AxisMotion, step: Nanos, seconds: f64) -> Trace<Axis> {
     software.check(step.seconds()).unwrap();
     let rig = Computed { plant: PointMass::of_mass(mass_kg), software };
     let rates = Rates {
@@ -171,7 +164,7 @@ pub fn computed_exit_m_per_s(
         sensor_phase: Nanos(0),
     };
     let start = Start {
-        first: AxisMotion::moving(-gap_m, speed_m_per_s),
+        first,
         from: Nanos(0),
         until: Nanos::from_seconds(seconds),
         noise: SensorNoise::NONE,
@@ -179,5 +172,18 @@ pub fn computed_exit_m_per_s(
     };
     let mut trace = Trace::default();
     ClosedLoop::new(&rig, &[], rates).run(&start, &Clamps::default(), Columns::LOG, &mut trace);
+    trace
+}
+
+/// Velocity after an impact in software that begins `gap_m` away.
+pub fn computed_exit_m_per_s(
+    mass_kg: f64,
+    software: Software,
+    gap_m: f64,
+    speed_m_per_s: f64,
+    step: Nanos,
+    seconds: f64,
+) -> f64 {
+    let trace = computed(mass_kg, software, AxisMotion::moving(-gap_m, speed_m_per_s), step, seconds);
     trace.after.last().unwrap().velocity_m_per_s
 }
