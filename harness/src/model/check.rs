@@ -1,0 +1,128 @@
+//! What a number of a model may be.
+
+use super::effects::{List, check_effects};
+use super::{Model, RigKind, place};
+use crate::error::Error;
+use serde::de::DeserializeOwned;
+use sim_core::effect::Catalog;
+use sim_core::space::Axis;
+
+/// Longest time of a model: a longer one is a millisecond taken for a second.
+const TIME_MAX_S: f64 = 10.0;
+/// Shortest physics step. Chosen: a thousandth of the usual one, and far above the nanosecond that time is counted in.
+const STEP_MIN_S: f64 = 1e-6;
+
+/// Which sign a number may have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Sign {
+    Positive,
+    NotNegative,
+    Any,
+}
+
+impl Sign {
+    fn help(self) -> &'static str {
+        match self {
+            Sign::Positive => "give a positive number in the unit of the key",
+            Sign::NotNegative => "give zero or a positive number in the unit of the key",
+            Sign::Any => "give a number in the unit of the key",
+        }
+    }
+}
+
+/// Reads a file that a user writes; the error points at the mistake. `schema` is the command that lists the keys.
+pub fn parsed<T: DeserializeOwned>(name: &str, text: &str, schema: &str) -> Result<T, Error> {
+    toml::from_str(text).map_err(|error| {
+        let span = error.span().unwrap_or(0..0);
+        // The parser speaks of Rust's types.
+        let what = error.message().replace('\n', " ").replace(" f64", " a number").replace(" u32", " a whole number");
+        let what = what.replace(" u64", " a whole number").replace(" i64", " a whole number");
+        Error::new(what).file(name).span(text, span).help(format!("see the keys that are known with: {schema}"))
+    })
+}
+
+impl Model {
+    pub(super) fn check(&self, name: &str, text: &str, catalog: &Catalog<Axis>) -> Result<(), Error> {
+        let refuse = |key: &str, value: f64, limit: &str, help: &str| {
+            let span = place::of_key(text, key);
+            Err(Error::new(format!("{key} = {value} {limit}")).file(name).span(text, span).help(help.to_string()))
+        };
+        if self.schema != 1 {
+            return refuse("schema", f64::from(self.schema), "is not 1, the only version there is", "set schema = 1");
+        }
+        for (key, value, sign) in self.numbers() {
+            let (wrong, limit) = match sign {
+                Sign::Positive => (value <= 0.0, "is not above 0"),
+                Sign::NotNegative => (value < 0.0, "is below 0"),
+                Sign::Any => (false, ""),
+            };
+            if wrong || value.is_nan() {
+                let limit = if wrong || sign == Sign::Positive { limit } else { "is not a number" };
+                return refuse(key, value, limit, sign.help());
+            }
+            let upper = if key.starts_with("timing.") { TIME_MAX_S } else { f64::MAX };
+            if value.abs() > upper {
+                let limit = format!("is above {upper}");
+                return refuse(key, value, &limit, "give the value in the unit of the key");
+            }
+        }
+        let timing = &self.timing;
+        if timing.physics_step_s < STEP_MIN_S {
+            let limit = format!("is below {STEP_MIN_S}");
+            return refuse(
+                "timing.physics_step_s",
+                timing.physics_step_s,
+                &limit,
+                "a millisecond or less is fine enough",
+            );
+        }
+        if self.rig == RigKind::Docking && timing.command_delay_s < timing.loop_period_s {
+            let limit = format!("is shorter than one loop period, {} s", timing.loop_period_s);
+            return refuse(
+                "timing.command_delay_s",
+                timing.command_delay_s,
+                &limit,
+                "the robot draws a straight line to a command that it must know: give at least one loop period",
+            );
+        }
+        for (key, period_s) in
+            [("timing.loop_period_s", timing.loop_period_s), ("timing.sensor_period_s", timing.sensor_period_s)]
+        {
+            let ratio = period_s / timing.physics_step_s;
+            if (ratio - ratio.round()).abs() > 1e-6 {
+                let limit = format!("is not a whole number of physics steps of {} s", timing.physics_step_s);
+                return refuse(key, period_s, &limit, "choose a physics_step_s that divides every period");
+            }
+        }
+        check_effects(&List { effects: &self.effects.iter().collect::<Vec<_>>(), rig: self.rig, name, text, catalog })
+    }
+
+    /// Every number outside the effects.
+    fn numbers(&self) -> [(&'static str, f64, Sign); 21] {
+        let (contact, timing, sensor) = (&self.contact, &self.timing, &self.sensor);
+        let (software, scatter) = (&self.virtual_contact, &self.repeatability);
+        [
+            ("plant.mass_kg", self.plant.mass_kg, Sign::Positive),
+            ("timing.loop_period_s", timing.loop_period_s, Sign::Positive),
+            ("timing.sensor_period_s", timing.sensor_period_s, Sign::Positive),
+            ("timing.physics_step_s", timing.physics_step_s, Sign::Positive),
+            ("timing.command_delay_s", timing.command_delay_s, Sign::NotNegative),
+            ("timing.measurement_delay_s", timing.measurement_delay_s, Sign::NotNegative),
+            ("contact.stiffness_n_per_m", contact.stiffness_n_per_m, Sign::NotNegative),
+            ("contact.damping_n_s_per_m", contact.damping_n_s_per_m, Sign::Any),
+            ("contact.offset_n", contact.offset_n, Sign::Any),
+            ("virtual_contact.stiffness_n_per_m", software.stiffness_n_per_m, Sign::Any),
+            ("virtual_contact.damping_n_s_per_m", software.damping_n_s_per_m, Sign::Any),
+            ("virtual_contact.dead_band_n", software.dead_band_n, Sign::NotNegative),
+            ("sensor.tool_mass_kg", sensor.tool_mass_kg, Sign::NotNegative),
+            ("sensor.bias_n", sensor.bias_n, Sign::Any),
+            ("sensor.white_sigma_n", sensor.white_sigma_n, Sign::NotNegative),
+            ("sensor.slow_sigma_n", sensor.slow_sigma_n, Sign::NotNegative),
+            ("readout.position_sigma_m", self.readout.position_sigma_m, Sign::NotNegative),
+            ("repeatability.stiffness_ratio", scatter.stiffness_ratio, Sign::NotNegative),
+            ("repeatability.damping_ratio", scatter.damping_ratio, Sign::NotNegative),
+            ("repeatability.force_offset_n", scatter.force_offset_n, Sign::NotNegative),
+            ("repeatability.approach_speed_ratio", scatter.approach_speed_ratio, Sign::NotNegative),
+        ]
+    }
+}
