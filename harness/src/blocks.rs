@@ -75,6 +75,44 @@ pub fn docking_rig(model: &Model, base: &Base, mass_kg: f64) -> DockingAxis {
     }
 }
 
+/// A docking cell: a model, and what differs from it in one run.
+#[derive(Debug, Clone, Copy)]
+pub struct Cell<'a> {
+    /// The model.
+    pub model: &'a Model,
+    /// Its base values, as they were in this run.
+    pub base: Base,
+    /// Mass of the satellites.
+    pub mass_kg: f64,
+    /// Offset of the sensor that the compensator does not know of.
+    pub sensor_offset_n: f64,
+    /// Offset that the compensator takes out and the sensor does not have.
+    pub believed_offset_n: f64,
+}
+
+impl<'a> Cell<'a> {
+    /// The model's own values, with this mass.
+    pub fn of(model: &'a Model, mass_kg: f64) -> Self {
+        Cell { model, base: Base::of(model), mass_kg, sensor_offset_n: 0.0, believed_offset_n: 0.0 }
+    }
+
+    /// Runs the loop. Which parts the model names is asked once, not in every step.
+    pub fn run(
+        &self,
+        effects: &[Attached<Axis>],
+        rates: Rates,
+        start: &Start<Axis>,
+        clamps: &Clamps<'_, Axis>,
+        columns: Columns,
+        trace: &mut Trace<Axis>,
+    ) {
+        let mut rig = docking_rig(self.model, &self.base, self.mass_kg);
+        rig.sensor.bias_n += self.sensor_offset_n;
+        rig.compensator.bias_n += self.believed_offset_n;
+        ClosedLoop::new(&rig, effects, rates).run(start, clamps, columns, trace);
+    }
+}
+
 /// The rig of a driven axis.
 pub fn drive_rig(base: &Base) -> DriveAxis {
     DriveAxis {
@@ -140,13 +178,12 @@ impl Schedule {
 
 /// The path block: recorded command in, achieved and reported pose out.
 pub fn path(model: &Model, case: &Case, effects: &[Chosen], schedule: Option<&Schedule>) -> Path {
-    let rig = docking_rig(model, &Base::of(model), case.mass_kg);
     let mut attached = attached(effects, is_on_path);
     attached.extend(schedule.map(Schedule::attach));
     let mut trace = Trace::default();
     let clamps = Clamps { commanded: Some(&case.commanded), ..Clamps::default() };
     let columns = Columns { loop_ticks: true, sensor_ticks: false, achieved: true, measured: false };
-    ClosedLoop::new(&rig, &attached, case.rates).run(&start(case), &clamps, columns, &mut trace);
+    Cell::of(model, case.mass_kg).run(&attached, case.rates, &start(case), &clamps, columns, &mut trace);
     let measured_m = trace.measured.iter().map(|motion| motion.position_m).collect();
     Path { achieved: trace.achieved, measured_m }
 }
@@ -160,11 +197,11 @@ pub fn force(
     effects: &[Chosen],
     trace: &mut Trace<Axis>,
 ) -> Vec<f64> {
-    let rig = docking_rig(model, base, case.mass_kg);
+    let cell = Cell { base: *base, ..Cell::of(model, case.mass_kg) };
     let attached = attached(effects, is_on_force);
     trace.clear();
     let clamps = Clamps { achieved: Some(&path.achieved), ..Clamps::default() };
-    ClosedLoop::new(&rig, &attached, case.rates).run(&start(case), &clamps, Columns::FORCE, trace);
+    cell.run(&attached, case.rates, &start(case), &clamps, Columns::FORCE, trace);
     let late_s: f64 = attached.iter().map(|attached| attached.effect.stamp_offset_s()).sum();
     stamped(&trace.sensed, late_s / case.rates.sensor_period.seconds())
 }

@@ -13,4 +13,5 @@ pub mod files;
 pub mod model;
 pub mod recording;
 pub mod report;
+pub mod scenario;
 pub mod simulate;

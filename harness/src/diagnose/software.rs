@@ -5,11 +5,11 @@
 //! pose that the controller had at hand (its own, without read-out noise). Where that pose follows from the commands (dead time
 //! and read-back), nothing in it is fitted. An extra delay on the way shows itself in the virtual force and is found exactly.
 
-use crate::blocks::{self, Base};
+use crate::blocks::{self, Cell};
 use crate::case::Case;
 use crate::model::{Chosen, Model};
 use serde::Serialize;
-use sim_core::closed_loop::{Clamps, ClosedLoop, Start};
+use sim_core::closed_loop::{Clamps, Start};
 use sim_core::effect::Attached;
 use sim_core::force_sensor::SensorNoise;
 use sim_core::rng::Streams;
@@ -121,8 +121,7 @@ impl<'a> Inputs<'a> {
 
 /// Commands and net forces that our software makes of the recorded force.
 fn recomputed(model: &Model, case: &Case, inputs: &Inputs<'_>) -> (Vec<f64>, Vec<f64>) {
-    let mut rig = blocks::docking_rig(model, &Base::of(model), case.mass_kg * inputs.mass_ratio);
-    rig.compensator.bias_n += inputs.bias_error_n;
+    let cell = Cell { believed_offset_n: inputs.bias_error_n, ..Cell::of(model, case.mass_kg * inputs.mass_ratio) };
     let on_path = inputs.effects.iter().filter(|chosen| blocks::is_on_path(&chosen.kind.wires));
     let attached: Vec<Attached<_>> = on_path.map(Chosen::attach).collect();
     let sensed: Vec<f64> = (0..case.sensed_n.value.len() as i64)
@@ -142,7 +141,7 @@ fn recomputed(model: &Model, case: &Case, inputs: &Inputs<'_>) -> (Vec<f64>, Vec
     };
     let mut trace = Trace::default();
     let columns = Columns { loop_ticks: true, sensor_ticks: false, achieved: false, measured: false };
-    ClosedLoop::new(&rig, &attached, case.rates).run(&start, &clamps, columns, &mut trace);
+    cell.run(&attached, case.rates, &start, &clamps, columns, &mut trace);
     (trace.commanded.iter().map(|motion| motion.position_m).collect(), trace.feedback)
 }
 

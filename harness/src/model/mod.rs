@@ -22,6 +22,7 @@ pub use edit::{Editor, EffectText};
 pub use effects::unknown_effect;
 pub(crate) use effects::{List, check_effects};
 pub use init::from_session;
+pub(crate) use schema::effect_schemas;
 pub use schema::schema;
 
 /// A whole model.

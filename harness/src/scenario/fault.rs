@@ -1,0 +1,101 @@
+//! Faults: effects that begin and end.
+//!
+//! A fault that is not acting runs all the same, and what it makes is dropped: its memory and its random numbers are, when it
+//! begins, what they would be had it acted from the start. A lag that comes on is a lag that was watching.
+
+use super::FaultModel;
+use crate::model::Chosen;
+use sim_core::effect::{Attached, Catalog, Context, Effect, Rates};
+use sim_core::signals::{ContactForce, Received, Signals};
+use sim_core::space::{Axis, AxisMotion, AxisTouch};
+
+/// An effect with its values, and when it acts.
+#[derive(Debug, Clone)]
+pub struct Fault {
+    /// The effect.
+    pub chosen: Chosen,
+    /// When it begins.
+    pub from_s: Option<f64>,
+    /// When it ends.
+    pub until_s: Option<f64>,
+}
+
+impl Fault {
+    /// From the beginning to the end.
+    pub fn always(chosen: Chosen) -> Self {
+        Fault { chosen, from_s: None, until_s: None }
+    }
+
+    /// Ready to run.
+    pub fn attach(&self) -> Attached<Axis> {
+        let attached = self.chosen.attach();
+        if self.from_s.is_none() && self.until_s.is_none() {
+            return attached;
+        }
+        let timed = Timed {
+            inner: attached.effect,
+            from_s: self.from_s.unwrap_or(f64::NEG_INFINITY),
+            until_s: self.until_s.unwrap_or(f64::INFINITY),
+        };
+        Attached { effect: Box::new(timed), ..attached }
+    }
+}
+
+/// The faults of a scenario that take part.
+pub fn acting(faults: &[FaultModel], catalog: &Catalog<Axis>) -> Vec<Fault> {
+    let enabled = faults.iter().filter(|fault| fault.effect.enabled);
+    let of = |fault: &FaultModel| {
+        let chosen = fault.effect.chosen(catalog.get(&fault.effect.id)?);
+        Some(Fault { chosen, from_s: fault.from_s, until_s: fault.until_s })
+    };
+    enabled.filter_map(of).collect()
+}
+
+/// An effect whose work counts from one time to another.
+struct Timed {
+    inner: Box<dyn Effect<Axis>>,
+    from_s: f64,
+    until_s: f64,
+}
+
+impl Timed {
+    /// Lets the effect work on a copy, and keeps the copy while the fault acts.
+    fn work<T: Copy>(&self, context: Context<'_>, out: &mut T, work: impl FnOnce(Context<'_>, &mut T)) {
+        let now_s = context.step.now.seconds();
+        let mut made = *out;
+        work(context, &mut made);
+        if now_s >= self.from_s && now_s < self.until_s {
+            *out = made;
+        }
+    }
+}
+
+impl Effect<Axis> for Timed {
+    fn memory(&self, rates: &Rates) -> usize {
+        self.inner.memory(rates)
+    }
+    fn begin(&self, memory: &mut [f64], rates: &Rates, first: &Signals<Axis>) {
+        self.inner.begin(memory, rates, first);
+    }
+    fn received(&self, context: Context<'_>, seen: &Signals<Axis>, out: &mut Received<Axis>) {
+        self.work(context, out, |context, out| self.inner.received(context, seen, out));
+    }
+    fn achieved(&self, context: Context<'_>, seen: &Signals<Axis>, out: &mut AxisMotion) {
+        self.work(context, out, |context, out| self.inner.achieved(context, seen, out));
+    }
+    fn measured(&self, context: Context<'_>, seen: &Signals<Axis>, out: &mut AxisMotion) {
+        self.work(context, out, |context, out| self.inner.measured(context, seen, out));
+    }
+    fn touch(&self, context: Context<'_>, seen: &Signals<Axis>, out: &mut AxisTouch) {
+        self.work(context, out, |context, out| self.inner.touch(context, seen, out));
+    }
+    fn contact(&self, context: Context<'_>, seen: &Signals<Axis>, out: &mut ContactForce<Axis>) {
+        self.work(context, out, |context, out| self.inner.contact(context, seen, out));
+    }
+    fn sensed(&self, context: Context<'_>, seen: &Signals<Axis>, out: &mut f64) {
+        self.work(context, out, |context, out| self.inner.sensed(context, seen, out));
+    }
+    fn stamp_offset_s(&self) -> f64 {
+        self.inner.stamp_offset_s()
+    }
+}
