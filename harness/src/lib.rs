@@ -12,6 +12,7 @@ pub mod error;
 pub mod files;
 pub mod model;
 pub mod recording;
+pub mod replay;
 pub mod report;
 pub mod scenario;
 pub mod simulate;

@@ -40,6 +40,7 @@ pub use ingest::{ReadOptions, from_bytes, read};
 pub use map::{
     AxisMap, AxisName, Body, Clock, Clocks, CsvMap, ForceSign, ForceUnit, Map, Role, SensorMap, Topics, TorqueUnit,
 };
+pub(crate) use map_check::clock_of;
 pub use mcap_write::{Luggage, write_mcap, write_mcap_with};
 pub use records::{RECORD_LENGTH_MAX, read_records};
 pub use rewrite::{Copied, Stamped, luggage, rewrite};

@@ -13,6 +13,7 @@ use mcap::Writer;
 use mcap::read::ChunkFlattener;
 use mcap::records::{Metadata, Record};
 
+use super::map::Clock;
 use super::mcap_write::{Luggage, failed, options, write_luggage};
 use super::messages;
 use crate::error::Error;
@@ -32,6 +33,17 @@ pub struct Stamped<'a> {
     pub publish_ns: u64,
     /// Its numbers in the order of the message: seven of a pose, six of a twist or wrench.
     pub numbers: Vec<f64>,
+}
+
+impl Stamped<'_> {
+    /// The time by one of its clocks, in ns.
+    pub fn time_ns(&self, clock: Clock) -> Option<i64> {
+        match clock {
+            Clock::Header => Some(self.stamp_ns),
+            Clock::Log => i64::try_from(self.log_ns).ok(),
+            Clock::Publish => i64::try_from(self.publish_ns).ok(),
+        }
+    }
 }
 
 /// What a copy holds.

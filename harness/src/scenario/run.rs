@@ -155,7 +155,7 @@ pub fn contact_s(trace: &Trace<Axis>) -> Option<(f64, f64)> {
 }
 
 /// The trace up to where a pose leaves the hall or a number ceases to be one, and when that was.
-fn within_the_hall(mut trace: Trace<Axis>) -> (Trace<Axis>, Option<f64>) {
+pub(crate) fn within_the_hall(mut trace: Trace<Axis>) -> (Trace<Axis>, Option<f64>) {
     let stays = |motion: &AxisMotion| motion.position_m.is_finite() && motion.position_m.abs() <= TRAVEL_MAX_M;
     let left = (0..trace.loop_time.len()).find(|&tick| {
         !(stays(&trace.commanded[tick])
