@@ -16,6 +16,7 @@ extern crate alloc;
 pub mod closed_loop;
 pub mod compensator;
 pub mod contact;
+pub mod criterion;
 pub mod delay;
 pub mod effect;
 pub mod effects;
