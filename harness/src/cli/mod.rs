@@ -13,6 +13,7 @@ mod ladder;
 mod model;
 mod outcome;
 mod progress;
+mod run;
 
 pub use console::{Console, Look};
 pub use outcome::Exit;
@@ -27,7 +28,7 @@ use std::ffi::OsString;
 /// What stands below the list of commands.
 const AFTER_HELP: &str = "\
 Exit codes: 0 pass · 1 a criterion failed · 2 wrong usage or input · 3 undecided · 4 nothing to run
-            101 bug · 130 interrupted
+            5 replay diverged · 6 a fault did nothing · 101 bug · 130 interrupted
 Data goes to standard output, progress and errors to standard error. NO_COLOR is honoured.
 
 Start with: dockhil demo";
@@ -47,6 +48,8 @@ enum Command {
     Model(model::Arguments),
     /// List, show, add, remove and fit the physical effects of a model.
     Effect(effect::Arguments),
+    /// Run a scenario: record it, judge it.
+    Run(run::Arguments),
     /// Compare a model with recordings: where it fails, and by how much.
     Compare(compare::Arguments),
     /// Rank the physical effects that would remove the remaining error.
@@ -130,6 +133,7 @@ impl Command {
         match self {
             Command::Model(arguments) => arguments.run(catalog, console),
             Command::Effect(arguments) => arguments.run(catalog, console),
+            Command::Run(arguments) => arguments.run(catalog, console),
             Command::Compare(arguments) => arguments.run(catalog, console),
             Command::Diagnose(arguments) => arguments.run(catalog, console),
             Command::Ladder(arguments) => arguments.run(catalog, console),

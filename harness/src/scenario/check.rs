@@ -56,6 +56,7 @@ impl Scenario {
             let what = format!("session.{key} is written by the run itself");
             return refuse(&format!("session.{key}"), what, "leave it out; the model says it");
         }
+        super::judge::check(&self.criteria, name, text)?;
         (0..self.faults.len()).try_for_each(|nth| self.check_window(nth, name, text))
     }
 

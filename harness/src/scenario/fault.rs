@@ -26,6 +26,20 @@ impl Fault {
         Fault { chosen, from_s: None, until_s: None }
     }
 
+    /// What it is, with its values and its time.
+    pub fn words(&self) -> String {
+        let params = self.chosen.kind.params.iter().zip(&self.chosen.values);
+        let values: Vec<String> =
+            params.map(|(param, value)| format!("{} = {value} {}", param.name, param.unit)).collect();
+        let time = match (self.from_s, self.until_s) {
+            (None, None) => String::new(),
+            (Some(from_s), None) => format!(", from {from_s} s"),
+            (None, Some(until_s)) => format!(", until {until_s} s"),
+            (Some(from_s), Some(until_s)) => format!(", from {from_s} s until {until_s} s"),
+        };
+        format!("{} ({}){time}", self.chosen.kind.id, values.join(", "))
+    }
+
     /// Ready to run.
     pub fn attach(&self) -> Attached<Axis> {
         let attached = self.chosen.attach();

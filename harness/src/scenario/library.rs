@@ -6,7 +6,7 @@ use crate::model::Model;
 use fixtures::{SCENARIO_MODELS, SCENARIOS};
 use sim_core::effect::Catalog;
 use sim_core::space::Axis;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// The texts of a scenario and of its model.
 #[derive(Debug, Clone, PartialEq)]
@@ -72,6 +72,20 @@ impl Source {
             model_text: model.text.to_owned(),
             is_embedded: true,
         })
+    }
+
+    /// The model's file as the scenario names it.
+    ///
+    /// # Errors
+    /// When that would lead out of the scenario's folder.
+    pub fn model_named(&self) -> Result<PathBuf, Error> {
+        let scenario = Scenario::parse(&self.file.display().to_string(), &self.text)?;
+        let path = PathBuf::from(&scenario.model);
+        if path.components().all(|part| matches!(part, Component::Normal(_))) {
+            return Ok(path);
+        }
+        let what = format!("the model {} lies outside the scenario's folder", scenario.model);
+        Err(Error::new(what).file(&self.file).place("key model").help("copy the two files by hand"))
     }
 
     /// Scenario and model, each checked, and checked against each other.

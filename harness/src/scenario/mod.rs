@@ -12,7 +12,9 @@
 
 mod check;
 mod fault;
+pub mod judge;
 mod library;
+pub mod page;
 pub mod run;
 mod schema;
 
@@ -24,6 +26,7 @@ use crate::error::Error;
 use crate::model::{EffectModel, parsed};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use sim_core::criterion::AnyCriterion;
 use std::collections::BTreeMap;
 
 /// A whole scenario.
@@ -51,6 +54,10 @@ pub struct Scenario {
     /// Faults that are put in, besides the effects of the model.
     #[serde(default, rename = "effect", skip_serializing_if = "Vec::is_empty")]
     pub faults: Vec<FaultModel>,
+    /// What the run is judged by.
+    #[serde(default, rename = "criterion", skip_serializing_if = "Vec::is_empty")]
+    #[schemars(with = "Vec<BTreeMap<String, serde_json::Value>>")]
+    pub criteria: Vec<AnyCriterion>,
     /// What the operator notes down: keys and texts for the recording's `session` record.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub session: BTreeMap<String, String>,

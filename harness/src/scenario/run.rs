@@ -10,6 +10,7 @@ use crate::model::{Chosen, Model, place};
 use crate::recording::{Kind, Luggage, Session, write_mcap_with};
 use crate::simulate::{self, Label};
 use sim_core::closed_loop::{Clamps, Start};
+use sim_core::criterion::Verdict;
 use sim_core::effect::{Attached, Catalog};
 use sim_core::rng::Streams;
 use sim_core::space::{Axis, AxisMotion};
@@ -45,6 +46,8 @@ pub struct Ran {
     pub contact_s: Option<(f64, f64)>,
     /// When a pose left the hall or ceased to be a number, in s: the run ends there.
     pub ran_away_s: Option<f64>,
+    /// The faults that were put in, in words.
+    pub faults: Vec<String>,
     /// Ids of the faults without which the log would be the same.
     pub idle: Vec<String>,
 }
@@ -58,6 +61,7 @@ pub fn run(source: &Source, catalog: &Catalog<Axis>) -> Result<Ran, Error> {
     let faults = acting(&scenario.faults, catalog);
     let trace = traced(&scenario, &model, &faults, catalog);
     let idle = idle(&scenario, &model, &faults, &trace, catalog);
+    let words = faults.iter().map(Fault::words).collect();
     let fingerprint = trace.fingerprint().hex();
     let (trace, ran_away_s) = within_the_hall(trace);
     let contact_s = contact_s(&trace);
@@ -72,7 +76,7 @@ pub fn run(source: &Source, catalog: &Catalog<Axis>) -> Result<Ran, Error> {
         }
     }
     let sha256 = [&source.text, &source.model_text].map(|text| sha256_hex(text.as_bytes()));
-    Ok(Ran { scenario, model, sha256, trace, session, fingerprint, contact_s, ran_away_s, idle })
+    Ok(Ran { scenario, model, sha256, trace, session, fingerprint, contact_s, ran_away_s, faults: words, idle })
 }
 
 /// The run itself, with these faults beside the effects of the model.
@@ -181,6 +185,26 @@ pub(crate) fn within_the_hall(mut trace: Trace<Axis>) -> (Trace<Axis>, Option<f6
 }
 
 impl Ran {
+    /// Everything that is not a signal, for JSON.
+    pub fn answer(&self, verdicts: &[Verdict]) -> serde_json::Value {
+        let [scenario_sha256, model_sha256] = &self.sha256;
+        serde_json::json!({
+            "schema": 1,
+            "scenario": self.scenario.name,
+            "version": env!("CARGO_PKG_VERSION"),
+            "seed": self.scenario.seed,
+            "scenario_sha256": scenario_sha256,
+            "model_sha256": model_sha256,
+            "fingerprint": self.fingerprint,
+            "kind": self.session.kind,
+            "contact_s": self.contact_s,
+            "ran_away_s": self.ran_away_s,
+            "faults": self.faults,
+            "verdicts": verdicts,
+            "outcome": super::judge::outcome(verdicts),
+        })
+    }
+
     /// The recording as a file, with scenario, model and fingerprint in it.
     ///
     /// # Errors
