@@ -13,6 +13,7 @@ mod ladder;
 mod model;
 mod outcome;
 mod progress;
+mod replay;
 mod run;
 
 pub use console::{Console, Look};
@@ -50,6 +51,8 @@ enum Command {
     Effect(effect::Arguments),
     /// Run a scenario: record it, judge it.
     Run(run::Arguments),
+    /// Run a recording through a model, clamped where asked, with faults put in: what would have changed?
+    Replay(replay::Arguments),
     /// Compare a model with recordings: where it fails, and by how much.
     Compare(compare::Arguments),
     /// Rank the physical effects that would remove the remaining error.
@@ -134,6 +137,7 @@ impl Command {
             Command::Model(arguments) => arguments.run(catalog, console),
             Command::Effect(arguments) => arguments.run(catalog, console),
             Command::Run(arguments) => arguments.run(catalog, console),
+            Command::Replay(arguments) => arguments.run(catalog, console),
             Command::Compare(arguments) => arguments.run(catalog, console),
             Command::Diagnose(arguments) => arguments.run(catalog, console),
             Command::Ladder(arguments) => arguments.run(catalog, console),

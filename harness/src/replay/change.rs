@@ -1,7 +1,7 @@
 //! What a replay changed, stream by stream.
 
+use super::Request;
 use super::made::Made;
-use super::{Clamp, Request};
 use crate::case::Case;
 use crate::diagnose::software::CLOSED_M;
 use crate::recording::{Role, Series};
@@ -74,8 +74,20 @@ pub(super) fn recorded(request: &Request<'_>, role: Role) -> Option<(Vec<i64>, V
     })
 }
 
-/// The tick of a stream at a time from the first command.
-pub(super) fn tick(case: &Case, role: Role, time_ns: i64) -> Option<usize> {
+/// A recorded sample: its stream, its place in it, and its time in ns from the first command.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sample {
+    pub role: Role,
+    pub index: usize,
+    pub time_ns: i64,
+}
+
+/// The tick of the model that this sample belongs to. A run of our own has one sample for each tick, whatever its stamps say.
+fn tick(request: &Request<'_>, case: &Case, sample: Sample) -> Option<usize> {
+    let Sample { role, index, time_ns } = sample;
+    if request.is_again() {
+        return Some(index);
+    }
     let (phase, period) = match role {
         Role::Sensed => (case.rates.sensor_phase.0, case.rates.sensor_period.0),
         _ => (case.rates.loop_phase.0, case.rates.loop_period.0),
@@ -84,27 +96,19 @@ pub(super) fn tick(case: &Case, role: Role, time_ns: i64) -> Option<usize> {
 }
 
 /// The new value of a recorded sample, if the model made one that does not agree with it to rounding.
-pub(super) fn replacement(
-    request: &Request<'_>,
-    case: &Case,
-    made: &Made,
-    role: Role,
-    time_ns: i64,
-    old: f64,
-) -> Option<f64> {
-    if !request.clamp.makes(role) {
+pub(super) fn replacement(request: &Request<'_>, case: &Case, made: &Made, sample: Sample, old: f64) -> Option<f64> {
+    if !request.clamp.makes(sample.role) {
         return None;
     }
-    let new = *made.of(role).get(tick(case, role, time_ns)?)?;
-    let agrees = new.to_bits() == old.to_bits() || (new - old).abs() <= rounding(request, role);
+    let new = *made.of(sample.role).get(tick(request, case, sample)?)?;
+    let agrees = new.to_bits() == old.to_bits() || (new - old).abs() <= rounding(request, sample.role);
     (!agrees).then_some(new)
 }
 
 /// Our own software agrees with itself to rounding, and a run of our own to the last bit.
 fn rounding(request: &Request<'_>, role: Role) -> f64 {
-    let is_again = request.own.is_some() && request.clamp == Clamp::Nothing;
     match role {
-        Role::Commanded | Role::Twist if !is_again => CLOSED_M,
+        Role::Commanded | Role::Twist if !request.is_again() => CLOSED_M,
         _ => 0.0,
     }
 }
@@ -112,7 +116,7 @@ fn rounding(request: &Request<'_>, role: Role) -> f64 {
 fn resolution(request: &Request<'_>, role: Role) -> f64 {
     let sensor = &request.model.sensor;
     let noise = match role {
-        _ if request.own.is_some() && request.clamp == Clamp::Nothing => 0.0,
+        _ if request.is_again() => 0.0,
         Role::Measured => request.model.readout.position_sigma_m,
         Role::Sensed => libm::hypot(sensor.white_sigma_n, sensor.slow_sigma_n),
         _ => 0.0,
@@ -162,15 +166,16 @@ fn fill(
     plain: Option<&Made>,
 ) {
     let (mut squares, mut count) = (0.0, 0_usize);
-    for (sample, (time_ns, old)) in time_ns.iter().zip(value).enumerate() {
-        let Some(tick) = tick(case, role, *time_ns) else { continue };
+    for (index, (time_ns, old)) in time_ns.iter().zip(value).enumerate() {
+        let sample = Sample { role, index, time_ns: *time_ns };
+        let Some(tick) = tick(request, case, sample) else { continue };
         let Some(new) = made.of(role).get(tick).copied() else { continue };
-        let place = |old: f64| First { sample, time_s: *time_ns as f64 * 1e-9, old, new };
+        let place = |old: f64| First { sample: index, time_s: *time_ns as f64 * 1e-9, old, new };
         let difference = new - old;
         squares += difference * difference;
         count += 1;
         stream.largest = stream.largest.max(difference.abs());
-        stream.kept -= usize::from(replacement(request, case, made, role, *time_ns, *old).is_some());
+        stream.kept -= usize::from(replacement(request, case, made, sample, *old).is_some());
         let differs = new.to_bits() != old.to_bits() && difference.abs() > stream.resolution;
         if differs && stream.first.is_none() {
             stream.first = Some(place(*old));

@@ -1,6 +1,6 @@
 //! What the model makes of a recording, stream by stream, at the ticks of the recording.
 
-use super::{Clamp, Request};
+use super::{Clamp, Own, Request};
 use crate::blocks::{self, Cell};
 use crate::case::Case;
 use crate::clamp;
@@ -57,7 +57,7 @@ impl Made {
 /// Runs the model with these faults.
 pub(super) fn made(request: &Request<'_>, case: &Case, faults: &[Fault]) -> Result<Made, Error> {
     match (request.own, request.clamp) {
-        (Some(_), Clamp::Nothing) => again(request, faults),
+        (Some(own), Clamp::Nothing) => again(request, own, faults),
         (None, Clamp::Nothing) if case.kind == Kind::FreeFlight => {
             Err(Error::new("was recorded in free flight with the loop open: the satellites did not react")
                 .file(&request.session.file)
@@ -68,8 +68,7 @@ pub(super) fn made(request: &Request<'_>, case: &Case, faults: &[Fault]) -> Resu
 }
 
 /// The same run again: start, seed and length are those of the recording's own scenario.
-fn again(request: &Request<'_>, faults: &[Fault]) -> Result<Made, Error> {
-    let Some(own) = request.own else { return Err(Error::new("the recording is not one of ours")) };
+fn again(request: &Request<'_>, own: &Own, faults: &[Fault]) -> Result<Made, Error> {
     let (scenario, _) = own.source.parse(request.catalog)?;
     let (trace, ran_away_s) = within_the_hall(traced(&scenario, request.model, faults, request.catalog));
     let streams = Streams::new(scenario.seed);

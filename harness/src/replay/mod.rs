@@ -13,6 +13,7 @@ mod change;
 mod clamp;
 mod made;
 mod own;
+pub mod page;
 
 pub use change::{First, Stream};
 pub use clamp::Clamp;
@@ -51,8 +52,17 @@ pub struct Request<'a> {
     pub faults: &'a [Fault],
     /// How many of them were asked for; the rest was in the recording's own scenario.
     pub injected: usize,
+    /// Whether it must be the recording again.
+    pub must_be_same: bool,
     /// Seed of sensor noise, for recordings that are not ours; none is no noise.
     pub seed: Option<u64>,
+}
+
+impl Request<'_> {
+    /// Whether it is the run that made the recording, done again.
+    fn is_again(&self) -> bool {
+        self.own.is_some() && self.clamp == Clamp::Nothing
+    }
 }
 
 /// What came of it.
@@ -98,6 +108,12 @@ pub fn replay(request: &Request<'_>) -> Result<Replayed, Error> {
 }
 
 impl Replayed {
+    /// The first difference of a replay that must be the same and is not: one of ours, with its own model, nothing put in, and
+    /// either nothing clamped or the force.
+    pub fn diverged(&self, request: &Request<'_>) -> Option<First> {
+        request.must_be_same.then(|| self.first().map(|(_, first)| first)).flatten()
+    }
+
     /// The first sample of any stream that differs from the recording.
     pub fn first(&self) -> Option<(&Stream, First)> {
         let all = self.streams.iter().filter_map(|stream| Some((stream, stream.first?)));
@@ -142,8 +158,9 @@ impl Replayed {
             let (role, _) = roles.iter().find(|(_, topic)| topic == message.topic)?;
             let time_ns = message.time_ns(clock_of(map, *role))?;
             // The third number of a pose, a twist and a wrench is the one along the axis.
+            let sample = change::Sample { role: *role, index: message.index, time_ns: time_ns - start_ns };
             let old = *message.numbers.get(2)?;
-            let new = change::replacement(request, &self.case, &self.made, *role, time_ns - start_ns, old)?;
+            let new = change::replacement(request, &self.case, &self.made, sample, old)?;
             let mut numbers = message.numbers.clone();
             numbers[2] = new;
             Some(numbers)
