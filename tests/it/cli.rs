@@ -265,6 +265,12 @@ fn effects_are_added_changed_and_removed_in_place() {
             .read("m.toml")
             .contains("probability_in = 0.1\nprobability_out = 0.5 # a guess\nsource = \"data sheet\"\n")
     );
+    shell.refuses(
+        &["effect", "add", "command-loss", "--model", "DIR/m.toml"],
+        "  × DIR/m.toml: effect command-loss is in the model already, and no value was given
+  help: give values, as command-loss:param=value, or fit it: dockhil effect fit command-loss --model DIR/m.toml --learn RECORDING…
+",
+    );
     let listed = shell.run(&["effect", "list", "--model", "DIR/m.toml"]).out;
     assert!(listed.contains("* command-loss ") && listed.contains("probability_out [0.01, 1] 1 = 0.5\n"), "{listed}");
     for id in ["command-loss", "force-lag"] {
@@ -293,6 +299,17 @@ fn effects_are_added_changed_and_removed_in_place() {
   help: see the rigs of each effect with: dockhil effect list
 ",
     );
+}
+
+#[test]
+fn a_fit_says_what_it_moved_and_what_it_doubts() {
+    let shell = Shell::with_model();
+    let rest = fixtures::session("cell-a", "static.mcap").display().to_string();
+    let fitted = shell.run(&["effect", "add", "coulomb-friction", "--model", "DIR/m.toml", "--fit", &rest]);
+    assert_eq!(fitted.exit, 0, "{}", fitted.err);
+    assert!(fitted.out.contains("doubtful: force_n cannot be told from 0 in these recordings"), "{}", fitted.out);
+    assert!(fitted.out.contains("moved along: contact.stiffness_n_per_m from"), "{}", fitted.out);
+    assert!(shell.read("m.toml").contains("; doubtful: force_n"), "the model remembers the doubt");
 }
 
 #[test]

@@ -248,6 +248,7 @@ fn page(sessions: usize, samples: usize) -> Page {
         ],
         plots: (1..=sessions).map(|index| session(index, samples)).collect(),
         loops: loops(),
+        charts: Vec::new(),
         tables: tables(),
         ladder: Some(ladder()),
         provenance: [
@@ -408,6 +409,7 @@ fn empty_page_is_a_page() {
         heat: vec![],
         plots: vec![],
         loops: vec![],
+        charts: Vec::new(),
         tables: vec![],
         ladder: None,
         provenance: vec![],

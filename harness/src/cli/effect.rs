@@ -6,10 +6,12 @@ mod list;
 use super::console::Console;
 use super::inputs::Reading;
 use super::outcome::Exit;
+use super::progress::Progress;
 use crate::diagnose::refit::refit;
 use crate::error::Error;
 use crate::model::{Editor, Model};
 use crate::recording::Session;
+use crate::report::story::words;
 use clap::{Args, Subcommand};
 use sim_core::effect::Catalog;
 use sim_core::space::Axis;
@@ -60,8 +62,8 @@ struct Add {
     /// The model file.
     #[arg(long, value_name = "MODEL.toml")]
     model: PathBuf,
-    /// Where the values come from.
-    #[arg(long, value_name = "TEXT")]
+    /// Where the values come from; a fit says so itself.
+    #[arg(long, value_name = "TEXT", conflicts_with = "fit")]
     source: Option<String>,
     /// Fit the added effects to these recordings.
     #[arg(long, num_args = 1.., value_name = "RECORDING")]
@@ -109,29 +111,52 @@ impl Arguments {
 }
 
 /// Fits the parameters of these effects to recordings, and sets them in the model that is being edited, with their source.
+/// Returns what to tell: every value that moved.
 ///
-/// The caller saves: after an error the file is as it was. `say` takes a line of progress.
+/// The caller saves: after an error the file is as it was.
 fn fit_into(
     editor: &mut Editor,
     ids: &[String],
     learn: &[Session],
     catalog: &Catalog<Axis>,
-    say: &(dyn Fn(&str) + Sync),
-) -> Result<(), Error> {
-    say("fitting the effects and the base values");
+    progress: &Progress,
+) -> Result<String, Error> {
+    progress.say("fitting the effects and the base values");
     let model = Model::parse("the model", &editor.text(), catalog)?;
-    let (base, fitted) = refit(&model, catalog, ids, learn)?;
+    let refit = refit(&model, catalog, ids, learn)?;
     let files: Vec<String> = learn.iter().map(|session| session.file.display().to_string()).collect();
     let source = format!("fitted by dockhil effect fit, base values too, to {}", files.join(", "));
-    editor.set_all_base(&base);
-    for one in &fitted {
-        let names = one.chosen.kind.params.iter().map(|param| param.name.to_string());
-        let values: Vec<(String, f64)> = names.zip(one.chosen.values.iter().copied()).collect();
+    editor.set_all_base(&refit.base);
+    let mut said = format!("{}: fitted to {}\n", editor.path().display(), words::counted(learn.len(), "recording"));
+    for one in &refit.effects {
+        let params = &one.chosen.kind.params;
+        let values: Vec<(String, f64)> =
+            params.iter().map(|param| param.name.to_string()).zip(one.chosen.values.iter().copied()).collect();
+        let doubt = one.doubt();
+        let source = doubt.as_ref().map_or(source.clone(), |doubt| format!("{source}; doubtful: {doubt}"));
         editor.set(&one.chosen.kind.id, &values, &source);
-        let shown = one.chosen.kind.params.iter().zip(&one.chosen.values).zip(&one.deviations);
-        for ((param, value), sd) in shown {
-            say(&format!("{} {} = {value:.6e} ± {sd:.1e} {}", one.chosen.kind.id, param.name, param.unit));
+        let shown = params.iter().zip(&one.chosen.values).zip(&one.deviations);
+        let texts = shown
+            .map(|((param, value), sd)| format!("{} = {}", param.name, words::value_with_sd(*value, *sd, &param.unit)));
+        said += &format!("  {}: {}\n", one.chosen.kind.id, texts.collect::<Vec<_>>().join(", "));
+        if let Some(doubt) = doubt {
+            said += &format!("    doubtful: {doubt}\n");
         }
     }
-    Ok(())
+    for moved in &refit.moved {
+        let unit = unit_of_key(moved.key);
+        let (before, after) = (words::value(moved.before, unit), words::value_with_sd(moved.after, moved.sd, unit));
+        said += &format!("  moved along: {} from {before} to {after}\n", moved.key);
+    }
+    Ok(said)
+}
+
+/// The unit that a base value's key ends in.
+fn unit_of_key(key: &str) -> &'static str {
+    match key {
+        "plant.mass_kg" => "kg",
+        "contact.stiffness_n_per_m" => "N/m",
+        "contact.damping_n_s_per_m" => "N s/m",
+        _ => "N",
+    }
 }

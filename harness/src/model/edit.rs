@@ -79,6 +79,11 @@ impl Editor {
         Ok(Editor { path: path.to_path_buf(), document })
     }
 
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// The ids of the effects in the file.
     pub fn effects(&self) -> Vec<String> {
         let tables = self.document.get("effect").and_then(Item::as_array_of_tables);

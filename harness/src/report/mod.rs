@@ -10,12 +10,14 @@
 //! | where it fails | residual over noise, channel by phase | coloured table | table |
 //! | signals | measured, model, residual, band | uPlot, and SVG without JavaScript | no |
 //! | force over penetration | loops | SVG | no |
+//! | where it is stable | domain of two parameters, operating point | SVG | no |
 //! | what is missing | ranking, ties, deciding experiment | tables | tables |
 //! | ladder | error per model with the noise floor | SVG | bars |
 //! | quantities | quantities of interest, parameters, sessions | tables | tables |
 //! | provenance | hashes, versions, seeds | list | list |
 
 mod axis;
+mod chart;
 mod decimate;
 mod heat;
 mod ladder;
@@ -30,8 +32,8 @@ mod text;
 mod wrap;
 
 pub use page::{
-    Band, Column, Curve, Heat, HeatRow, Ladder, LadderChannel, LadderStep, Page, Panel, PlotGroup, Role, Row, Section,
-    Table, Tone, XyCurve, XyPlot,
+    Band, Chart, Column, Curve, Heat, HeatRow, Ladder, LadderChannel, LadderStep, Page, Panel, PlotGroup, Role, Row,
+    Section, Table, Tone, XyCurve, XyPlot,
 };
 pub use render::{html, uplot_sha256};
 pub use text::text;

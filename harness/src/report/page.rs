@@ -23,6 +23,8 @@ pub struct Page {
     pub plots: Vec<PlotGroup>,
     /// Force over penetration.
     pub loops: Vec<XyPlot>,
+    /// Where a loop is stable, over two of its parameters.
+    pub charts: Vec<Chart>,
     /// All tables; each names the section in which it is shown.
     pub tables: Vec<Table>,
     /// The error of each model, down to the noise floor.
@@ -53,6 +55,8 @@ pub enum Section {
     Signals,
     /// Force over penetration.
     Loops,
+    /// Stable domains.
+    Charts,
     /// Ranking, ties, deciding experiments.
     Missing,
     /// The error ladder.
@@ -184,6 +188,27 @@ pub struct XyCurve {
     pub y: Vec<f64>,
 }
 
+/// A domain of two parameters: which part of it is stable, and where the operating point lies.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Chart {
+    /// Title.
+    pub title: String,
+    /// Label with unit, e.g. `dead time in ms`.
+    pub x_label: String,
+    /// Label with unit, e.g. `damping in N s/m`.
+    pub y_label: String,
+    /// Lowest and highest abscissa.
+    pub x_range: (f64, f64),
+    /// Lowest and highest ordinate.
+    pub y_range: (f64, f64),
+    /// Strips of equal width from left to right: the stable intervals of the ordinate in each.
+    pub strips: Vec<Vec<(f64, f64)>>,
+    /// The operating point.
+    pub point: (f64, f64),
+    /// Curves over the domain, such as the closed form.
+    pub curves: Vec<XyCurve>,
+}
+
 /// One table.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Table {
@@ -263,11 +288,12 @@ impl Tone {
 
 impl Section {
     /// All sections, in their order.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Verdict,
         Self::WhereItFails,
         Self::Signals,
         Self::Loops,
+        Self::Charts,
         Self::Missing,
         Self::Ladder,
         Self::Quantities,
@@ -281,6 +307,7 @@ impl Section {
             Self::WhereItFails => "Where it fails",
             Self::Signals => "Signals",
             Self::Loops => "Force over penetration",
+            Self::Charts => "Where it is stable",
             Self::Missing => "What is missing",
             Self::Ladder => "Error ladder",
             Self::Quantities => "Quantities",
@@ -302,6 +329,7 @@ impl Page {
             Section::WhereItFails => !self.heat.is_empty(),
             Section::Signals => !self.plots.is_empty(),
             Section::Loops => !self.loops.is_empty(),
+            Section::Charts => !self.charts.is_empty(),
             Section::Missing | Section::Quantities => false,
             Section::Ladder => self.ladder.is_some(),
             Section::Provenance => !self.provenance.is_empty(),

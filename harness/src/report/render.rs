@@ -6,8 +6,8 @@ use minijinja::{AutoEscape, Environment, context};
 use sha2::{Digest as _, Sha256};
 
 use super::axis::{number, unit_of};
-use super::page::{Heat, Page, Panel, PlotGroup, Section, Table, Tone, XyPlot};
-use super::{heat, ladder, live, loops, still};
+use super::page::{Chart, Heat, Page, Panel, PlotGroup, Section, Table, Tone, XyPlot};
+use super::{chart, heat, ladder, live, loops, still};
 
 const TEMPLATE: &str = include_str!("../../assets/report.html.j2");
 const STYLE: &str = include_str!("../../assets/report.css");
@@ -56,6 +56,7 @@ fn context(page: &Page) -> Value {
         heat_steps => list(heat::step_names().iter()),
         groups => page.plots.iter().map(group).collect::<Vec<Value>>(),
         loops => page.loops.iter().map(loop_plot).collect::<Vec<Value>>(),
+        charts => page.charts.iter().map(chart_of).collect::<Vec<Value>>(),
         ladder => ladder_channels(page),
         provenance => page.provenance.iter().map(|(key, value)| context! { key, value }).collect::<Vec<Value>>(),
         style => safe(STYLE),
@@ -88,6 +89,7 @@ fn id(section: Section) -> &'static str {
         Section::WhereItFails => "where",
         Section::Signals => "signals",
         Section::Loops => "loops",
+        Section::Charts => "charts",
         Section::Missing => "missing",
         Section::Ladder => "ladder",
         Section::Quantities => "quantities",
@@ -204,6 +206,18 @@ fn loop_plot(plot: &XyPlot) -> Value {
     context! {
         title => &plot.title,
         drawing => Value::from_safe_string(loops::plot(plot)),
+        legend => legend.collect::<Vec<Value>>(),
+    }
+}
+
+fn chart_of(chart: &Chart) -> Value {
+    let legend = chart.curves.iter().map(|curve| {
+        let class = format!("{}{}", still::class(curve.role), loops::dash(curve.role));
+        context! { label => &curve.label, class }
+    });
+    context! {
+        title => &chart.title,
+        drawing => Value::from_safe_string(chart::drawing(chart)),
         legend => legend.collect::<Vec<Value>>(),
     }
 }

@@ -58,7 +58,8 @@ fn own_lines(page: &Page, section: Section, width: usize) -> Vec<String> {
             let line = |(key, value): &(String, String)| indented(value, &format!("  {:<key_width$}  ", key), width);
             page.provenance.iter().flat_map(line).collect()
         }
-        Section::Verdict | Section::Signals | Section::Loops | Section::Missing | Section::Quantities => Vec::new(),
+        Section::Verdict | Section::Signals | Section::Loops | Section::Charts => Vec::new(),
+        Section::Missing | Section::Quantities => Vec::new(),
     }
 }
 

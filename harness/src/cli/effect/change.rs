@@ -21,6 +21,9 @@ pub fn add(add: &Add, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Res
         let old = model.effects.iter().find(|effect| effect.id == text.id);
         // A value that is neither typed nor in the file is one at which a fit would start.
         let held = |name: &str| old.is_some_and(|effect| effect.values.contains_key(name));
+        if old.is_some() && text.values.is_empty() && add.source.is_none() && add.fit.is_empty() {
+            return Err(nothing_to_change(&text.id, &add.model));
+        }
         let guessed: Vec<(String, f64)> = starts(kind).filter(|(name, _)| !typed(text, name) && !held(name)).collect();
         let source = source(add.source.as_deref(), text, &guessed);
         let values: Vec<(String, f64)> = text.values.iter().chain(&guessed).cloned().collect();
@@ -35,8 +38,7 @@ pub fn add(add: &Add, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Res
     if !add.fit.is_empty() {
         let sessions = add.reading.sessions(&add.fit, console)?;
         let progress = console.progress();
-        fit_into(&mut editor, &ids, &sessions, catalog, &|text| progress.say(text))?;
-        said = fitted(&editor, &ids, &add.model, catalog)?;
+        said = fit_into(&mut editor, &ids, &sessions, catalog, &progress)?;
     }
     editor.save(catalog)?;
     console.print(&said);
@@ -59,8 +61,7 @@ pub fn fit(fit: &Fit, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Res
     must_hold(&editor, &fit.effects, &fit.model)?;
     let sessions = fit.reading.sessions(&fit.learn, console)?;
     let progress = console.progress();
-    fit_into(&mut editor, &fit.effects, &sessions, catalog, &|text| progress.say(text))?;
-    let said = fitted(&editor, &fit.effects, &fit.model, catalog)?;
+    let said = fit_into(&mut editor, &fit.effects, &sessions, catalog, &progress)?;
     editor.save(catalog)?;
     console.print(&said);
     Ok(())
@@ -87,6 +88,14 @@ fn source(given: Option<&str>, text: &EffectText, guessed: &[(String, f64)]) -> 
     }
 }
 
+/// The effect is there, and nothing was said that would change it.
+fn nothing_to_change(id: &str, path: &Path) -> Error {
+    Error::new(format!("effect {id} is in the model already, and no value was given")).file(path).help(format!(
+        "give values, as {id}:param=value, or fit it: dockhil effect fit {id} --model {} --learn RECORDING…",
+        path.display()
+    ))
+}
+
 /// Every one of these effects stands in the file as a table.
 fn must_hold(editor: &Editor, ids: &[String], path: &Path) -> Result<(), Error> {
     let held = editor.effects();
@@ -98,19 +107,7 @@ fn must_hold(editor: &Editor, ids: &[String], path: &Path) -> Result<(), Error> 
 }
 
 /// The text would be a valid model; the error speaks of the change, since its lines are not in the file.
-fn valid(editor: &Editor, path: &Path, catalog: &Catalog<Axis>) -> Result<crate::model::Model, Error> {
-    crate::model::Model::parse(&path.display().to_string(), &editor.text(), catalog).map_err(|error| Error {
-        place: Some("after this change".into()),
-        source_text: None,
-        ..error
-    })
-}
-
-fn fitted(editor: &Editor, ids: &[String], path: &Path, catalog: &Catalog<Axis>) -> Result<String, Error> {
-    let model = valid(editor, path, catalog)?;
-    let line = |effect: &crate::model::EffectModel| {
-        let numbers: Vec<String> = effect.values.iter().map(|(name, value)| format!("{name} = {value}")).collect();
-        format!("{}: fitted {}; {} ({})\n", path.display(), effect.id, numbers.join(", "), effect.source)
-    };
-    Ok(model.effects.iter().filter(|effect| ids.contains(&effect.id)).map(line).collect())
+fn valid(editor: &Editor, path: &Path, catalog: &Catalog<Axis>) -> Result<(), Error> {
+    let model = crate::model::Model::parse(&path.display().to_string(), &editor.text(), catalog);
+    model.map(drop).map_err(|error| Error { place: Some("after this change".into()), source_text: None, ..error })
 }

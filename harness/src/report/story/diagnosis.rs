@@ -33,6 +33,7 @@ pub fn diagnosis(
         heat: maps::maps(answer, &found(answer)),
         plots: signals::plots(&shown, &answer.noise),
         loops: signals::loops(&shown),
+        charts: Vec::new(),
         tables,
         ladder: ladder.map(ladder::drawn),
         provenance: all_provenance(answer, provenance),

@@ -21,6 +21,7 @@ pub fn ladder_page(ladder: &Ladder, command: &str, provenance: &[(String, String
         heat: Vec::new(),
         plots: Vec::new(),
         loops: Vec::new(),
+        charts: Vec::new(),
         tables: tables(ladder),
         ladder: Some(drawn(ladder)),
         provenance: provenance.to_vec(),
