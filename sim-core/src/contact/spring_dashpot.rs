@@ -8,21 +8,14 @@
 //!
 //! One-sided contact acts while d > 0 and never pulls: at release a dashpot alone would, which is unphysical.
 //! Two-sided, it is a spring and a bearing that act always.
+//!
+//! Not modelled: anything that depends on the depth but linearly; at first touch the dashpot answers with a step of force.
 
-use super::ContactLaw;
+use super::{DepthLaw, Sides};
+use crate::refusal::{self, Refusal};
 use crate::signals::ContactForce;
 use crate::space::{Axis, AxisTouch};
 use serde::{Deserialize, Serialize};
-
-/// Whether the law may pull.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Sides {
-    /// Acts in penetration only, and never pulls.
-    One,
-    /// Acts always, both ways.
-    Two,
-}
 
 /// Linear spring and dashpot.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -35,19 +28,24 @@ pub struct SpringDashpot {
     pub sides: Sides,
 }
 
-impl ContactLaw<Axis> for SpringDashpot {
-    fn force(&self, touch: &AxisTouch) -> ContactForce<Axis> {
+impl SpringDashpot {
+    /// The law, if its numbers have a meaning. Negative damping has one: it is unstable, and is answered.
+    pub fn checked(self) -> Result<Self, Refusal> {
+        refusal::not_negative("stiffness_n_per_m", self.stiffness_n_per_m, "N/m")?;
+        refusal::finite("damping_n_s_per_m", self.damping_n_s_per_m, "N s/m")?;
+        Ok(self)
+    }
+}
+
+impl DepthLaw for SpringDashpot {
+    fn resistance(&self, touch: &AxisTouch) -> ContactForce<Axis> {
         ContactForce {
             elastic: self.stiffness_n_per_m * touch.depth_m,
             dissipative: self.damping_n_s_per_m * touch.rate_m_per_s,
         }
     }
 
-    fn clamped(&self, touch: &AxisTouch, force: &ContactForce<Axis>) -> f64 {
-        match self.sides {
-            Sides::Two => force.total(),
-            Sides::One if touch.depth_m > 0.0 => force.total().max(0.0),
-            Sides::One => 0.0,
-        }
+    fn sides(&self) -> Sides {
+        self.sides
     }
 }

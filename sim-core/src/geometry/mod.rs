@@ -1,6 +1,20 @@
 //! Where the interfaces touch.
+//!
+//! In space the depth, its rate, the normal, the arm and the slip all come from one contact point of the probe; the normal on
+//! the probe is the gradient of the gap, and the rate is what the motion makes of the depth, `d' = -n · (v + ω × arm)`.
 
-use crate::space::{Axis, AxisMotion, AxisTouch, Space};
+use crate::space::Space;
+
+mod cone;
+mod funnel;
+mod peg;
+mod place;
+mod plane;
+mod ring;
+pub use cone::Cone;
+pub use peg::Peg;
+pub use plane::Plane;
+pub use ring::Ring;
 
 /// Turns the achieved motion into a penetration.
 pub trait Geometry<S: Space>: Send + Sync {
@@ -8,12 +22,5 @@ pub trait Geometry<S: Space>: Send + Sync {
     fn touch(&self, achieved: &S::Motion) -> S::Touch;
 }
 
-/// The plane z = 0 across the axis: z > 0 is penetration.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Plane;
-
-impl Geometry<Axis> for Plane {
-    fn touch(&self, achieved: &AxisMotion) -> AxisTouch {
-        AxisTouch { depth_m: achieved.position_m, rate_m_per_s: achieved.velocity_m_per_s }
-    }
-}
+#[cfg(test)]
+mod places;
