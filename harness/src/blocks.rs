@@ -54,7 +54,7 @@ impl Base {
 pub fn docking_rig(model: &Model, base: &Base, mass_kg: f64) -> DockingAxis {
     let weight_n = model.sensor.tool_mass_kg * GRAVITY_M_PER_S2;
     DockingAxis {
-        plant: PointMass { mass_kg },
+        plant: PointMass::of_mass(mass_kg),
         link: Link { dead_time_s: model.timing.command_delay_s },
         robot: StraightLine { corner_s: model.timing.loop_period_s, averaging_s: 2.0 * model.timing.sensor_period_s },
         readout: Readout { delay_s: model.timing.measurement_delay_s },
@@ -71,6 +71,7 @@ pub fn docking_rig(model: &Model, base: &Base, mass_kg: f64) -> DockingAxis {
             virtual_stiffness_n_per_m: model.virtual_contact.stiffness_n_per_m,
             virtual_damping_n_s_per_m: model.virtual_contact.damping_n_s_per_m,
             dead_band_n: model.virtual_contact.dead_band_n,
+            ..Hybrid::default()
         },
     }
 }
@@ -116,7 +117,7 @@ impl<'a> Cell<'a> {
 /// The rig of a driven axis.
 pub fn drive_rig(base: &Base) -> DriveAxis {
     DriveAxis {
-        plant: PointMass { mass_kg: base.mass_kg },
+        plant: PointMass::of_mass(base.mass_kg),
         link: Link { dead_time_s: 0.0 },
         readout: Readout { delay_s: 0.0 },
         law: SpringDashpot {

@@ -34,7 +34,7 @@ fn replay(rig: &DockingAxis, rates: Rates, start: &Start<Axis>) -> String {
 
 fn main() {
     let rig = DockingAxis {
-        plant: PointMass { mass_kg: 63.2 },
+        plant: PointMass::of_mass(63.2),
         link: Link { dead_time_s: 0.016 },
         robot: StraightLine { corner_s: 0.004, averaging_s: 0.002 },
         readout: Readout { delay_s: 0.016 },
@@ -47,6 +47,7 @@ fn main() {
             virtual_stiffness_n_per_m: 0.0,
             virtual_damping_n_s_per_m: 40.0,
             dead_band_n: 0.25,
+            ..Hybrid::default()
         },
     };
     let rates = Rates {

@@ -133,11 +133,11 @@ where
             let loop_ticks = now.ticks(rates.loop_period, rates.loop_phase);
             let sensor_ticks = now.ticks(rates.sensor_period, rates.sensor_phase);
             if loop_ticks {
+                let step = Step { index: loop_index as u64, now, dt: rates.loop_period };
                 signals.commanded = match clamps.commanded {
                     Some(recorded) => recorded[loop_index.min(recorded.len() - 1)],
-                    None => plant.motion(&satellites),
+                    None => self.rig.compensator().command(&mut compensator, step, plant.motion(&satellites)),
                 };
-                let step = Step { index: loop_index as u64, now, dt: rates.loop_period };
                 self.receive(step, &mut memories, &mut signals);
                 let due_s = self.rig.link().due_s(now, &signals.received);
                 if loop_index == 0 {

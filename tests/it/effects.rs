@@ -46,7 +46,7 @@ fn rates() -> Rates {
 /// The cell of thesis 4.4: 63.2 kg, 1066 N/m, 6 N s/m of its own and 40 N s/m virtual, 16 ms there and 16 ms back.
 fn cell() -> DockingAxis {
     DockingAxis {
-        plant: PointMass { mass_kg: 63.2 },
+        plant: PointMass::of_mass(63.2),
         link: Link { dead_time_s: 0.016 },
         robot: StraightLine { corner_s: 0.004, averaging_s: 0.002 },
         readout: Readout { delay_s: 0.016 },
@@ -59,6 +59,7 @@ fn cell() -> DockingAxis {
             virtual_stiffness_n_per_m: 0.0,
             virtual_damping_n_s_per_m: 40.0,
             dead_band_n: 0.25,
+            ..Hybrid::default()
         },
     }
 }

@@ -1,12 +1,20 @@
-//! The compensator: what the satellites are told that they feel.
+//! The compensator: what the satellites are told that they feel, and what the robot is told on their behalf.
 
 use crate::space::{AxisMotion, Space};
 use crate::time::Step;
 
 mod applied;
+mod architecture;
+pub mod delay_compensation;
 mod hybrid;
+mod position_estimator;
+mod software;
 pub use applied::Applied;
+pub use architecture::{Architecture, VirtualPose};
+pub use delay_compensation::{Compensation, DelayCompensation, Uncompensated};
 pub use hybrid::{Hybrid, HybridState};
+pub use position_estimator::{PositionEstimator, PositionEstimatorState};
+pub use software::{Release, Software, SoftwareState};
 
 /// Turns a reading and a measured pose into the net force on the satellites.
 pub trait Compensator<S: Space>: Send + Sync {
@@ -16,13 +24,17 @@ pub trait Compensator<S: Space>: Send + Sync {
     fn start(&self, measured: &S::Motion, period_s: f64) -> Self::State;
     /// The net force at this tick; positive resists closing.
     fn feedback(&self, state: &mut Self::State, step: Step, heard: Heard<'_, S>) -> S::Wrench;
+    /// What the robot is told at this tick, before its force is known, when the satellites ask for `asked`.
+    fn command(&self, _state: &mut Self::State, _step: Step, asked: S::Motion) -> S::Motion {
+        asked
+    }
 }
 
 /// What a compensator can hear.
 pub struct Heard<'a, S: Space> {
     /// The newest sample of the force sensor; none before its first.
     pub sensed: Option<&'a S::Wrench>,
-    /// The motion that the satellites asked for at this tick.
+    /// The motion that was commanded at this tick.
     pub commanded: &'a S::Motion,
     /// The newest pose that the robot controller reports.
     pub measured: &'a S::Motion,

@@ -4,7 +4,7 @@ use crate::space::Space;
 use crate::time::Step;
 
 mod point_mass;
-pub use point_mass::{PointMass, PointMassState};
+pub use point_mass::{Integrator, PointMass, PointMassState};
 
 /// Turns the net force into a commanded motion, one tick at a time.
 pub trait Plant<S: Space>: Send + Sync {
