@@ -10,7 +10,7 @@
 
 use crate::blocks::{Base, Cell, GRAVITY_M_PER_S2};
 use crate::files::sha256_hex;
-use crate::model::{Chosen, Model};
+use crate::model::{Chosen, Model, Parts};
 use crate::recording::{Grade, Kind, Pose, Series, Session, Twist, Wrench};
 use sim_core::closed_loop::{Clamps, Start};
 use sim_core::effect::{Attached, Rates};
@@ -294,6 +294,7 @@ fn believed(model: &Model, mass_kg: f64, kind: Kind) -> BTreeMap<String, String>
     let mut record: BTreeMap<String, String> =
         numbers.into_iter().map(|(key, value)| (key.to_string(), value.to_string())).collect();
     record.insert("ft_bias".into(), format!("[0.0, 0.0, {}]", model.sensor.bias_n));
+    record.extend(Parts::text(model).map(|text| (Parts::KEY.to_owned(), text)));
     record.insert("kind".into(), kind.id().into());
     record
 }

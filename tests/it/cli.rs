@@ -334,7 +334,12 @@ fn the_list_of_effects_is_the_catalogue() {
 
 #[test]
 fn the_schema_is_current() {
-    for (name, args) in [("model-1.json", &["model", "schema"][..]), ("map-1.json", &["model", "schema", "--map"])] {
+    let all = [
+        ("model-1.json", &["model", "schema"][..]),
+        ("map-1.json", &["model", "schema", "--map"]),
+        ("scenario-1.json", &["run", "--schema"]),
+    ];
+    for (name, args) in all {
         let committed = std::fs::read_to_string(fixtures::folder().join("schemas").join(name)).unwrap();
         let again = format!("cargo run -- {} > fixtures/schemas/{name}", args.join(" "));
         let printed = Shell::new().run(args).out;

@@ -12,6 +12,7 @@ use serde::Serialize;
 use sim_core::closed_loop::{Clamps, Start};
 use sim_core::effect::Attached;
 use sim_core::force_sensor::SensorNoise;
+use sim_core::plant::Integrator;
 use sim_core::rng::Streams;
 use sim_core::signals::Wire;
 use sim_core::time::Nanos;
@@ -157,12 +158,18 @@ fn balance(model: &Model, case: &Case, inputs: &Inputs<'_>) -> Vec<Balance> {
     let (_, feedback) = recomputed(model, case, &Inputs { clamped: true, ..*inputs });
     let factor = 2.0 * case.mass_kg / (case.rates.loop_period.seconds() * case.rates.loop_period.seconds());
     let x = |tick: usize| case.commanded[tick].position_m;
+    // Twice the force that bends the path of the commands, by each integrator.
+    let felt = |now_n: f64, before_n: f64| match model.plant.integrator {
+        Integrator::ExactHold => now_n + before_n,
+        Integrator::SemiImplicit => 2.0 * now_n,
+        Integrator::Explicit => 2.0 * before_n,
+    };
     let whole = |tick: usize| case.commanded_known[tick - 1..=tick + 1].iter().all(|known| *known);
     (1..case.commanded.len() - 1)
         .filter(|&tick| whole(tick))
         .map(|tick| Balance {
             acted_n: -(x(tick + 1) - 2.0 * x(tick) + x(tick - 1)) * factor,
-            felt_n: feedback[tick] + feedback[tick - 1],
+            felt_n: felt(feedback[tick], feedback[tick - 1]),
         })
         .filter(|balance| balance.felt_n.abs() > 2.0 * FELT_N)
         .collect()
@@ -199,12 +206,16 @@ pub fn examine(model: &Model, case: &Case, effects: &[Chosen], delay: &Chosen) -
     }
     software.closure_m = Some(closure_m(model, case, effects, 1.0));
     if software.closes() {
-        software.pose_delay_s = shows_pose(model).then_some(0.0);
+        software.pose_delay_s = model.hears_pose().then_some(0.0);
+        return software;
+    }
+    if model.moves_command() {
+        // The commands are not where the satellites were: no balance can be drawn from them.
         return software;
     }
     let (shift, mut best) = best_shift(model, case, effects);
     let mut with = effects.to_vec();
-    let unbalanced = shows_pose(model) && best.0 > 1e-6;
+    let unbalanced = model.hears_pose() && best.0 > 1e-6;
     let delayed = if unbalanced { best_delay(model, case, effects, delay, shift) } else { None };
     if let Some((delay_s, found)) = delayed.filter(|(_, found)| found.0 < 0.5 * best.0) {
         best = found;
@@ -227,10 +238,6 @@ pub fn examine(model: &Model, case: &Case, effects: &[Chosen], delay: &Chosen) -
     let differences = case.commanded.iter().zip(&commanded).map(|(a, b)| (a.position_m - b).abs());
     software.closure_found_m = Some(differences.fold(0.0, f64::max));
     software
-}
-
-fn shows_pose(model: &Model) -> bool {
-    model.virtual_contact.stiffness_n_per_m != 0.0 || model.virtual_contact.damping_n_s_per_m != 0.0
 }
 
 /// The shift of the force stream that balances best.

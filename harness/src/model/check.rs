@@ -4,6 +4,7 @@ use super::effects::{List, check_effects};
 use super::{Model, RigKind, place};
 use crate::error::Error;
 use serde::de::DeserializeOwned;
+use sim_core::compensator::DelayCompensation;
 use sim_core::effect::Catalog;
 use sim_core::space::Axis;
 
@@ -94,7 +95,38 @@ impl Model {
                 return refuse(key, period_s, &limit, "choose a physics_step_s that divides every period");
             }
         }
+        self.check_parts(name, text)?;
         check_effects(&List { effects: &self.effects.iter().collect::<Vec<_>>(), rig: self.rig, name, text, catalog })
+    }
+
+    /// The parts that the model chooses.
+    fn check_parts(&self, name: &str, text: &str) -> Result<(), Error> {
+        let refuse = |key: &str, what: String, help: &str| {
+            Err(Error::new(what).file(name).span(text, place::of_key(text, key)).help(help.to_owned()))
+        };
+        if self.rig == RigKind::Drive && !self.has_usual_parts() {
+            let what = "a drive has a spring and a dashpot, and nothing that compensates".to_owned();
+            return refuse("rig", what, "leave integrator, law, release, architecture, pose and compensation out");
+        }
+        let contact = &self.contact;
+        let device = contact.law.device(contact.stiffness_n_per_m, contact.damping_n_s_per_m, contact.release.sides());
+        if let Err(refusal) = device {
+            let help = "correct the law; see its keys with: dockhil model schema";
+            return refuse(&format!("contact.law.{}", refusal.name), format!("contact.law: {refusal}"), help);
+        }
+        let period_s = self.timing.loop_period_s;
+        if let Err(refusal) = self.virtual_contact.pose.check(period_s) {
+            return refuse("virtual_contact.pose", format!("virtual_contact.pose: {refusal}"), "correct the estimator");
+        }
+        if let Err(refusal) = self.compensation.check(period_s) {
+            let key = format!("compensation.{}", refusal.name);
+            return refuse(
+                &key,
+                format!("compensation: {refusal}"),
+                "correct the method; see its keys with: dockhil model schema",
+            );
+        }
+        Ok(())
     }
 
     /// Every number outside the effects.

@@ -6,7 +6,9 @@
 use crate::error::Error;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use sim_core::compensator::{Architecture, Compensation, VirtualPose};
 use sim_core::effect::{Attached, Catalog, Kind, Param};
+use sim_core::plant::Integrator;
 use sim_core::space::Axis;
 use std::path::Path;
 
@@ -14,6 +16,7 @@ mod check;
 mod edit;
 mod effects;
 mod init;
+mod parts;
 pub(crate) mod place;
 mod schema;
 mod text;
@@ -22,6 +25,8 @@ pub use edit::{Editor, EffectText};
 pub use effects::unknown_effect;
 pub(crate) use effects::{List, check_effects};
 pub use init::from_session;
+pub(crate) use parts::Parts;
+pub use parts::{Device, LawModel, ReleaseModel};
 pub(crate) use schema::effect_schemas;
 pub use schema::schema;
 
@@ -51,6 +56,10 @@ pub struct Model {
     /// Read-out noise of the pose.
     #[serde(default)]
     pub readout: ReadoutModel,
+    /// How the delay of the loop is made up for.
+    #[serde(default, skip_serializing_if = "parts::is_usual")]
+    #[schemars(schema_with = "parts::compensation_schema")]
+    pub compensation: Compensation,
     /// How well a run repeats another one.
     #[serde(default)]
     pub repeatability: Repeatability,
@@ -75,6 +84,10 @@ pub enum RigKind {
 pub struct PlantModel {
     /// Reduced mass of the satellites, or the moving mass of a drive. A recording's own record holds where it differs.
     pub mass_kg: f64,
+    /// How the position follows from the force, which is held for one tick.
+    #[serde(default, skip_serializing_if = "parts::is_usual")]
+    #[schemars(with = "String", extend("enum" = ["exact-hold", "semi-implicit", "explicit"]))]
+    pub integrator: Integrator,
 }
 
 /// The device in contact.
@@ -88,6 +101,12 @@ pub struct ContactModel {
     /// A constant force that resists positive motion: the offset of a drive.
     #[serde(default)]
     pub offset_n: f64,
+    /// When the device lets go.
+    #[serde(default, skip_serializing_if = "parts::is_usual")]
+    pub release: ReleaseModel,
+    /// How the device answers a penetration.
+    #[serde(default, skip_serializing_if = "parts::is_usual")]
+    pub law: LawModel,
 }
 
 /// Delays and clocks.
@@ -128,6 +147,14 @@ pub struct VirtualContactModel {
     pub damping_n_s_per_m: f64,
     /// Below this force, and without penetration, the force counts as zero.
     pub dead_band_n: f64,
+    /// Which contact the satellites feel: the real one, the virtual one, or both.
+    #[serde(skip_serializing_if = "parts::is_usual")]
+    #[schemars(with = "String", extend("enum" = ["pure-hardware", "pure-software", "hybrid"]))]
+    pub architecture: Architecture,
+    /// The pose that the virtual contact penetrates.
+    #[serde(skip_serializing_if = "parts::is_usual")]
+    #[schemars(schema_with = "parts::pose_schema")]
+    pub pose: VirtualPose,
 }
 
 /// The force sensor and its tool, along the axis.

@@ -3,13 +3,25 @@
 use std::ops::Range;
 use toml_edit::{Document, Item, Table};
 
-/// The bytes of `table.key = value`, or of a key at the top; the table, then the start of the file, if it is not written.
+/// The bytes of `table.key = value`, or of a key at the top; the innermost table that is there, then the start of the file, if it
+/// is not written.
 pub fn of_key(text: &str, path: &str) -> Range<usize> {
     let Ok(document) = Document::parse(text) else { return 0..0 };
-    let Some((name, key)) = path.split_once('.') else { return in_table(document.as_table(), path).unwrap_or(0..0) };
-    // A table may also stand on one line; its keys then have no place of their own.
-    let whole = document.get(name).and_then(Item::span).unwrap_or(0..0);
-    document.get(name).and_then(Item::as_table).and_then(|table| in_table(table, key)).unwrap_or(whole)
+    let (mut table, mut found) = (document.as_table(), 0..0);
+    for key in path.split('.') {
+        let Some(place) = line(table, key) else { return found };
+        found = place;
+        match table.get(key).and_then(Item::as_table) {
+            Some(inner) => {
+                // The line of a table is its heading.
+                found = inner.span().unwrap_or(found);
+                table = inner;
+            }
+            // A table may also stand on one line; its keys then have no place of their own.
+            None => return found,
+        }
+    }
+    found
 }
 
 /// The same in the `nth` effect; without a key, or if it is not written, the effect's id.

@@ -34,6 +34,7 @@ pub fn page(
         command: command.to_owned(),
         heat: Vec::new(),
         plots: vec![signals(request, replayed)],
+        charts: Vec::new(),
         loops: Vec::new(),
         tables,
         ladder: None,
@@ -79,15 +80,21 @@ fn sentences(request: &Request<'_>, replayed: &Replayed) -> Vec<String> {
 
 /// One number that changed, in words.
 pub(crate) fn told(stream: &Stream, first: &First) -> String {
-    let scale = Scale::of(stream.unit, first.old.abs().max(first.new.abs()));
     format!(
-        "{}, sample {} at {:.4} s, {} → {}",
+        "{}, sample {} at {:.4} s: {}, changed by {}",
         stream.topic,
         first.sample,
         first.time_s,
-        scale.figures(first.old, DIGITS),
-        scale.figures(first.new, DIGITS)
+        Scale::of(stream.unit, first.old).figures(first.old, DIGITS),
+        change(stream, first)
     )
+}
+
+/// By how much a number changed, with its sign.
+fn change(stream: &Stream, first: &First) -> String {
+    let change = first.new - first.old;
+    let sign = if change > 0.0 { "+" } else { "" };
+    format!("{sign}{}", Scale::of(stream.unit, change).figures(change, DIGITS))
 }
 
 fn changes(replayed: &Replayed) -> Table {
@@ -99,7 +106,7 @@ fn changes(replayed: &Replayed) -> Table {
             if stream.made { "model" } else { "recording" }.to_owned(),
             stream.first.map_or_else(dash, |first| format!("{}, {:.3} s", first.sample, first.time_s)),
             stream.first.map_or_else(dash, |first| of(first.old)),
-            stream.first.map_or_else(dash, |first| of(first.new)),
+            stream.first.map_or_else(dash, |first| change(stream, &first)),
             if stream.made { of(stream.rms) } else { dash() },
             if stream.made { of(stream.largest) } else { dash() },
             format!("{} of {}", stream.kept, stream.samples),
@@ -111,7 +118,7 @@ fn changes(replayed: &Replayed) -> Table {
         note: "First: the first sample that differs by more than rounding (what our software makes) or four standard \
                deviations of the declared noise (what a sensor tells). Kept: messages whose bytes are those of the recording."
             .to_owned(),
-        columns: columns(&["topic", "by", "first"], &["old", "new", "rms", "largest", "kept"]),
+        columns: columns(&["topic", "by", "first"], &["value", "change", "rms", "largest", "kept"]),
         rows: replayed.streams.iter().map(row).collect(),
         section: Section::WhereItFails,
     }
@@ -126,7 +133,7 @@ fn by_faults(replayed: &Replayed) -> Option<Table> {
             stream.topic.clone(),
             format!("{}, {:.4} s", first.sample, first.time_s),
             of(first.old),
-            of(first.new),
+            change(stream, &first),
         ];
         Some(Row { cells, tone: None })
     };
@@ -134,7 +141,7 @@ fn by_faults(replayed: &Replayed) -> Option<Table> {
     (!rows.is_empty()).then(|| Table {
         title: "Against the same replay without the faults".to_owned(),
         note: "The first sample of which a bit differs.".to_owned(),
-        columns: columns(&["topic", "first"], &["without", "with"]),
+        columns: columns(&["topic", "first"], &["value", "change"]),
         rows,
         section: Section::WhereItFails,
     })

@@ -139,6 +139,7 @@ pub fn page(ran: &Ran, verdicts: &[Verdict], command: &str, files: &[(String, St
         command: command.to_owned(),
         heat: Vec::new(),
         plots: vec![signals(ran)],
+        charts: Vec::new(),
         loops: force_over_depth(ran).into_iter().collect(),
         tables: verdict_tables(verdicts),
         ladder: None,
