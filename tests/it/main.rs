@@ -12,6 +12,8 @@ mod oracles;
 mod page;
 mod physics;
 mod recording;
+mod replay;
+mod scenario;
 mod sets;
 mod shell;
 mod story;

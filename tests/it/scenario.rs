@@ -1,0 +1,325 @@
+//! Scenarios: what is inside the program, what a run leaves behind, what is refused.
+
+use crate::shell::Shell;
+use harness::recording::{Kind, ReadOptions, from_bytes, luggage, read};
+use serde_json::Value;
+
+/// Every scenario inside the program, and the exit code that its own criteria give it.
+const INSIDE: [(&str, u8); 8] = [
+    ("air-bearing-facility", 0),
+    ("air-bearing-table", 0),
+    ("bench-active", 0),
+    ("bench-hardware", 0),
+    ("bench-passive", 0),
+    ("facility", 0),
+    ("facility-at-rest", 0),
+    ("planar", 0),
+];
+
+fn json(shell: &Shell, name: &str) -> Value {
+    serde_json::from_str(&shell.read(name)).unwrap()
+}
+
+/// A shell with a scenario and its model as files, the first line that has `line` replaced by `instead`.
+fn changed(name: &str, line: &str, instead: &str) -> Shell {
+    let shell = Shell::new();
+    assert_eq!(shell.run(&["run", name, "--extract", "DIR"]).exit, 0);
+    let text = shell.read(&format!("{name}.toml"));
+    assert!(text.contains(line), "{line} is in {text}");
+    shell.write(&format!("{name}.toml"), &text.replacen(line, instead, 1));
+    shell
+}
+
+#[test]
+fn every_scenario_inside_the_program_runs_and_gives_what_it_says() {
+    let shell = Shell::new();
+    let listed: Vec<String> = shell.run(&["run", "--list"]).out.lines().map(str::to_owned).collect();
+    assert_eq!(listed.len(), INSIDE.len());
+    for (line, (name, exit)) in listed.iter().zip(INSIDE) {
+        assert!(line.starts_with(&format!("{name} ")) && line.len() > name.len() + 10, "{line}");
+        let ran = shell.run(&["run", name]);
+        assert_eq!(ran.exit, exit, "{name}: {}{}", ran.out, ran.err);
+        assert_eq!(ran.err, "", "{name}");
+    }
+}
+
+#[test]
+fn the_scenarios_inside_are_the_folder() {
+    let names = |folder: &str| -> Vec<String> {
+        let entries = std::fs::read_dir(fixtures::folder().join(folder)).unwrap();
+        let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+        let mut names: Vec<String> = names.filter(|name| name.ends_with(".toml")).collect();
+        names.sort();
+        names
+    };
+    let inside: Vec<String> = fixtures::SCENARIOS.iter().map(|text| text.name.to_owned()).collect();
+    assert_eq!(inside, names("scenarios"));
+    let models: Vec<String> = fixtures::SCENARIO_MODELS.iter().map(|text| text.name.to_owned()).collect();
+    let there: Vec<String> = names("scenarios/models").iter().map(|name| format!("models/{name}")).collect();
+    assert_eq!(models, there);
+}
+
+#[test]
+fn two_runs_of_a_scenario_are_the_same_to_the_byte() {
+    let shell = Shell::new();
+    assert_eq!(shell.run(&["run", "bench-hardware", "-o", "DIR/a.mcap"]).exit, 0);
+    assert_eq!(shell.run(&["run", "bench-hardware", "--extract", "DIR"]).exit, 0);
+    assert_eq!(shell.run(&["run", "DIR/bench-hardware.toml", "-o", "DIR/b.mcap"]).exit, 0);
+    let bytes = |name: &str| std::fs::read(shell.path(name)).unwrap();
+    assert!(bytes("a.mcap") == bytes("b.mcap"), "inside the program or as a file, it is the same run");
+    let other = changed("bench-hardware", "seed = 20140401", "seed = 20140402");
+    assert_eq!(other.run(&["run", "DIR/bench-hardware.toml", "-o", "DIR/b.mcap"]).exit, 0);
+    assert!(std::fs::read(other.path("b.mcap")).unwrap() != bytes("a.mcap"), "another seed is another run");
+}
+
+#[test]
+fn a_recording_carries_what_makes_it_again() {
+    let shell = Shell::new();
+    assert_eq!(shell.run(&["run", "planar", "-o", "DIR/a.mcap", "--json", "DIR/a.json"]).exit, 0);
+    let bytes = std::fs::read(shell.path("a.mcap")).unwrap();
+    let carried = luggage(&bytes).unwrap();
+    let (_, record) = carried.metadata.iter().find(|(name, _)| name == "dockhil.run").unwrap();
+    let answer = json(&shell, "a.json");
+    for key in ["fingerprint", "scenario_sha256", "model_sha256", "version", "scenario"] {
+        assert_eq!(Value::from(record[key].as_str()), answer[key], "{key}");
+    }
+    assert_eq!(record["seed"], "20140501");
+    let text = |name: &str| {
+        let (_, bytes) = carried.files.iter().find(|(file, _)| file == name).unwrap();
+        String::from_utf8(bytes.clone()).unwrap()
+    };
+    assert_eq!(text("scenario.toml"), fixtures::SCENARIOS.last().unwrap().text);
+    assert!(text("model.toml").contains("name = \"planar\""));
+    let session = from_bytes("a.mcap", &bytes, &ReadOptions::default()).unwrap();
+    assert_eq!(session.kind, Kind::Impact);
+    assert_eq!(session.start_ns, 946_684_800_000_000_000, "the date is the scenario's, never the clock's");
+}
+
+/// The recorded cells are compared by the same command; here truth and model share code, so the model is right but for noise.
+#[test]
+fn a_recording_of_a_run_goes_through_compare_with_no_further_step() {
+    for name in ["facility", "bench-passive", "planar", "air-bearing-table"] {
+        let shell = Shell::new();
+        assert_eq!(shell.run(&["run", name, "-o", "DIR/a.mcap"]).exit, 0, "{name}");
+        assert_eq!(shell.run(&["model", "init", "DIR/a.mcap", "-o", "DIR/m.toml"]).exit, 0, "{name}");
+        let ran = shell.run(&["compare", "--model", "DIR/m.toml", "DIR/a.mcap", "--json", "DIR/c.json"]);
+        assert_eq!(ran.exit, 0, "{name}: {}{}", ran.out, ran.err);
+        let closure = &json(&shell, "c.json")["sessions"][0]["software"]["closure_m"];
+        assert!(closure.as_f64().unwrap() < 1e-9, "{name}: our own software closes: {closure}");
+    }
+}
+
+#[test]
+fn a_model_with_a_law_and_a_compensation_goes_the_whole_way() {
+    let parts = "[plant]\nintegrator = \"semi-implicit\"";
+    let shell = Shell::new();
+    assert_eq!(shell.run(&["run", "bench-hardware", "--extract", "DIR"]).exit, 0);
+    let model = shell.read("models/bench-hardware.toml").replacen("[plant]", parts, 1).replacen(
+        "[contact]",
+        "[compensation]\nmethod = \"phase-lead\"\ndelay_s = 0.012\n\n[contact]\nrelease = \"zero-depth\"\n\
+         law = { kind = \"hunt-crossley\", exponent = 1.5, depth_m = 0.005 }",
+        1,
+    );
+    shell.write("models/bench-hardware.toml", &model.replace("damping_n_s_per_m = 0.0", "damping_n_s_per_m = 30.0"));
+    let ran = shell.run(&["run", "DIR/bench-hardware.toml", "-o", "DIR/a.mcap"]);
+    assert_eq!(ran.exit, 0, "{}{}", ran.out, ran.err);
+    assert_eq!(shell.run(&["model", "init", "DIR/a.mcap", "-o", "DIR/m.toml"]).exit, 0);
+    let nominal = shell.read("m.toml");
+    for word in ["semi-implicit", "phase-lead", "hunt-crossley", "zero-depth"] {
+        assert!(nominal.contains(word), "{word}: {nominal}");
+    }
+    let ran = shell.run(&["compare", "--model", "DIR/m.toml", "DIR/a.mcap", "--json", "DIR/c.json"]);
+    assert_eq!(ran.exit, 0, "{}{}", ran.out, ran.err);
+    let compared = json(&shell, "c.json");
+    assert_eq!(compared["verdict"], "inside-noise");
+    // The same recording, told of no parts: the software is another one, and that is found.
+    shell.write("plain.toml", &nominal.replace("method = \"phase-lead\"\ndelay_s = 0.012", "method = \"none\""));
+    let ran = shell.run(&["compare", "--model", "DIR/plain.toml", "DIR/a.mcap", "--json", "DIR/c.json"]);
+    assert_eq!(ran.exit, 1, "{}{}", ran.out, ran.err);
+    assert!(json(&shell, "c.json")["sessions"][0]["software"]["closure_m"].as_f64().unwrap() > 1e-6);
+}
+
+/// Writes the runs of a small campaign with this fault in each, and returns their names.
+fn campaign(shell: &Shell, fault: &str) -> Vec<String> {
+    assert_eq!(shell.run(&["run", "bench-hardware", "--extract", "DIR"]).exit, 0);
+    let text = shell.read("bench-hardware.toml");
+    let text = text.split("[[criterion]]").next().unwrap();
+    let runs = [("slow", 0.014, 1), ("middle", 0.026, 2), ("fast", 0.042, 3), ("again", 0.026, 4), ("test", 0.034, 5)];
+    let mut names = Vec::new();
+    for (nth, (name, speed, seed)) in runs.into_iter().enumerate() {
+        let text = text
+            .replace("velocity_m_per_s = 0.035", &format!("velocity_m_per_s = {speed}"))
+            .replace("seed = 20140401", &format!("seed = {seed}\nepoch_s = {}", 946_684_800 + 600 * nth))
+            .replace("duration_s = 1.8", "duration_s = 2.2");
+        shell.write(&format!("{name}.toml"), &format!("{text}\n{fault}"));
+        let ran = shell.run(&["run", &format!("DIR/{name}.toml"), "-o", &format!("DIR/{name}.mcap")]);
+        assert_eq!(ran.exit, 0, "{name}: {}{}", ran.out, ran.err);
+        names.push(format!("DIR/{name}.mcap"));
+    }
+    let rest = text.replace("velocity_m_per_s = 0.035", "velocity_m_per_s = 0.0").replace("-0.008", "-0.1");
+    shell.write("rest.toml", &rest.replace("duration_s = 1.8", "duration_s = 4.0"));
+    assert_eq!(shell.run(&["run", "DIR/rest.toml", "-o", "DIR/rest.mcap"]).exit, 0);
+    names
+}
+
+#[test]
+fn a_fault_of_a_scenario_is_named_by_the_diagnosis_where_truth_and_model_share_code() {
+    let shell = Shell::new();
+    let fault = "[[effect]]\nid = \"stiffness-hardening\"\ncubic_n_per_m3 = 9e6\n";
+    let runs = campaign(&shell, fault);
+    assert_eq!(shell.run(&["model", "init", &runs[0], "-o", "DIR/m.toml"]).exit, 0);
+    assert!(!shell.read("m.toml").contains("stiffness-hardening"), "the operator believes nothing of it");
+    let line = ["diagnose", "--model", "DIR/m.toml", "--aux", "DIR/rest.mcap", "--json", "DIR/d.json", "--learn"];
+    let learn: Vec<&str> = runs[..4].iter().map(String::as_str).collect();
+    let ran = shell.run(&[&line[..], &learn, &["--test", &runs[4]]].concat());
+    let found = json(&shell, "d.json");
+    assert_eq!(ran.exit, 0, "{}{}", ran.out, ran.err);
+    assert!(found["verdict"].to_string().contains("stiffness-hardening"), "{}", found["verdict"]);
+}
+
+#[test]
+fn a_fault_acts_from_its_beginning_to_its_end_and_not_before() {
+    let forces = |fault: &str| -> Vec<f64> {
+        let shell = changed("facility-at-rest", "[start]", &format!("[start]{fault}"));
+        let text = shell.read("facility-at-rest.toml").replace(&format!("[start]{fault}"), "[start]");
+        shell.write("facility-at-rest.toml", &format!("{text}\n{fault}"));
+        let ran = shell.run(&["run", "DIR/facility-at-rest.toml", "-o", "DIR/a.mcap"]);
+        assert_eq!(ran.exit, 0, "{}{}", ran.out, ran.err);
+        let session = read(&shell.path("a.mcap"), &ReadOptions::default()).unwrap();
+        session.sensed.unwrap().value.iter().map(|wrench| wrench.force_n[2]).collect()
+    };
+    let plain = forces("");
+    let with = forces("\n[[effect]]\nid = \"force-bias\"\nforce_n = 0.3\nfrom_s = 1.5\nuntil_s = 2.5\n");
+    let differ: Vec<usize> = (0..plain.len()).filter(|&i| plain[i].to_bits() != with[i].to_bits()).collect();
+    // Sample n is taken at (n + 1) ms.
+    assert_eq!((differ[0], *differ.last().unwrap(), differ.len()), (1499, 2498, 1000));
+    for i in differ {
+        // Each reading is rounded to a whole mN.
+        assert!((with[i] - plain[i] - 0.3).abs() < 1e-3, "sample {i}");
+    }
+}
+
+#[test]
+fn a_fault_that_does_nothing_is_an_error_of_the_run() {
+    // As far away as an end stop can be: nothing gets there.
+    let catalog = sim_core::effects::standard();
+    let params = &catalog.get("end-stop").unwrap().params;
+    let table: String = params.iter().map(|param| format!("{} = {:?}\n", param.name, param.upper)).collect();
+    let shell = changed("bench-hardware", "[[criterion]]", &format!("[[effect]]\nid = \"end-stop\"\n{table}[[criterion]]"));
+    let before = shell.names();
+    let ran = shell.run(&["run", "DIR/bench-hardware.toml", "-o", "DIR/a.mcap", "--json", "DIR/a.json"]);
+    assert_eq!((ran.exit, ran.out.as_str()), (6, ""), "{}", ran.err);
+    assert!(ran.err.contains("the fault end-stop did nothing") && ran.err.contains("help:"), "{}", ran.err);
+    assert_eq!(shell.names(), before, "nothing is written");
+}
+
+#[test]
+fn a_loop_that_runs_away_ends_there_and_its_recording_is_sound() {
+    let shell = changed("bench-active", "duration_s = 1.8", "duration_s = 30.0");
+    let model = shell.read("models/bench-active.toml");
+    // 30 kN s/m behind 32 ms: far beyond b_hi, which is near 3 kN s/m (reference/PHYSICS.md, section 1.5).
+    shell.write("models/bench-active.toml", &model.replace("damping_n_s_per_m = 20.0", "damping_n_s_per_m = 30000.0"));
+    let ran = shell.run(&["run", "DIR/bench-active.toml", "-o", "DIR/a.mcap", "--json", "DIR/a.json"]);
+    let answer = json(&shell, "a.json");
+    assert!(answer["ran_away_s"].as_f64().is_some_and(|at_s| at_s < 30.0), "{answer}");
+    assert!(ran.out.contains("ran away"), "{}", ran.out);
+    let session = read(&shell.path("a.mcap"), &ReadOptions::default()).unwrap();
+    assert!(session.commanded.unwrap().value.iter().all(|pose| pose.position_m[2].abs() <= 30.0));
+}
+
+/// Runs a scenario with one line changed, and expects every one of `words` in the error, exit code 2, and no file.
+fn refuses(name: &str, line: &str, instead: &str, words: &[&str]) {
+    let shell = changed(name, line, instead);
+    let before = shell.names();
+    let ran = shell.run(&["run", &format!("DIR/{name}.toml"), "-o", "DIR/a.mcap", "--report", "DIR/r.html"]);
+    assert_eq!((ran.exit, ran.out.as_str()), (2, ""), "{instead}: {}", ran.err);
+    let said = ran.err.split_whitespace().collect::<Vec<_>>().join(" ");
+    for word in words.iter().chain(&["help:", "× DIR/"]) {
+        assert!(said.contains(word), "{instead} says {word:?}: {said}");
+    }
+    assert_eq!(shell.names(), before, "{instead}: nothing is written");
+}
+
+#[test]
+fn wrong_scenarios_are_refused_with_file_place_value_and_limit() {
+    let wrong = [
+        ("seed = 20140401\n", "", &["bench-hardware.toml", "missing field `seed`"][..]),
+        ("seed = 20140401", "sede = 20140401", &["line 6", "unknown field `sede`", "── here"]),
+        ("duration_s = 1.8", "duration_s = -1.8", &["line 7", "duration_s = -1.8 s is outside (0, 3600]"]),
+        ("duration_s = 1.8", "duration_s = 0.01", &["duration_s = 0.01 s is below 0.08 s, 20 ticks"]),
+        ("velocity_m_per_s = 0.035", "velocity_m_per_s = 35.0", &["velocity_m_per_s = 35 m/s is outside [-10, 10]"]),
+        ("position_m = -0.008", "position_m = [0, 0, -0.008]", &["start.position_m has three parts", "one axis"]),
+        ("position_m = -0.008", "position_m = \"near\"", &["line 11", "expected one number along the axis"]),
+        ("schema = 1", "schema = 3", &["line 1", "schema = 3 is not 1"]),
+        ("models/bench-hardware.toml", "models/bench.toml", &["models/bench.toml", "cannot read the model"]),
+        ("at_most = 1.0", "at_most = nan", &["criterion restitution", "at_most = NaN", "is not a finite number"]),
+        ("at_most_n = 15.0", "at_most = 15.0", &["unknown field `at_most`"]),
+        ("id = \"restitution\"", "id = \"restitusion\"", &["unknown variant `restitusion`"]),
+        ("[[criterion]]", "[[effect]]\nid = \"force-bais\"\nforce_n = 0.3\n[[criterion]]", &["did you mean force-bias?"]),
+        (
+            "[[criterion]]",
+            "[[effect]]\nid = \"force-bias\"\nforce_n = 0.3\nfrom_s = 3.0\n[[criterion]]",
+            &["force-bias.from_s = 3 s is outside [0, 1.8]"],
+        ),
+        (
+            "[[criterion]]",
+            "[[effect]]\nid = \"force-bias\"\nforce_n = 300\n[[criterion]]",
+            &["force-bias.force_n = 300 N is outside"],
+        ),
+        (
+            "[[criterion]]",
+            "[[effect]]\nid = \"clock-offset\"\noffset_s = 0.005\nfrom_s = 1.0\n[[criterion]]",
+            &["clock-offset shifts every stamp"],
+        ),
+        ("[[criterion]]", "[session]\nft_bias = \"0\"\n[[criterion]]", &["session.ft_bias is written by the run itself"]),
+    ];
+    for (line, instead, words) in wrong {
+        refuses("bench-hardware", line, instead, words);
+    }
+}
+
+#[test]
+fn names_and_files_that_are_not_there_are_refused() {
+    let shell = Shell::new();
+    shell.refuses(
+        &["run", "bench", "-o", "DIR/a.mcap"],
+        "  × argument SCENARIO: there is no scenario \"bench\" inside the program, and no such file
+  help: give a file that ends in .toml, or one of: air-bearing-facility, air-bearing-table, bench-active, bench-hardware, bench-passive, facility, facility-at-rest, planar
+",
+    );
+    let ran = shell.run(&["run", "DIR/none.toml"]);
+    assert!(ran.exit == 2 && ran.err.contains("cannot read the scenario"), "{}", ran.err);
+    shell.write("a.mcap", "somebody's work");
+    let ran = shell.run(&["run", "planar", "-o", "DIR/a.mcap"]);
+    assert!(ran.exit == 2 && ran.err.contains("exists already"), "{}", ran.err);
+    assert_eq!(shell.read("a.mcap"), "somebody's work");
+    let ran = shell.run(&["run", "planar", "-o", "DIR/b.mcap", "--json", "DIR/b.mcap"]);
+    assert!(ran.exit == 2 && ran.err.contains("overwritten"), "{}", ran.err);
+    assert_eq!(shell.run(&["run"]).exit, 2);
+}
+
+#[test]
+fn wrong_parts_of_a_model_are_refused_at_their_place() {
+    for (line, instead, words) in [
+        ("[contact]", "[contact]\nlaw = { kind = \"hertz\", exponent = -1.5, depth_m = 0.005 }", &["contact.law: exponent = -1.5"][..]),
+        ("[contact]", "[contact]\nlaw = { kind = \"hertz\", exponent = 1.5 }", &["missing field `depth_m`"]),
+        ("[contact]", "[contact]\nlaw = { kind = \"rubber\" }", &["unknown variant `rubber`"]),
+        ("[contact]", "[contact]\nlaw = { kind = \"table\", rows = [[0.002, 1.0], [0.001, 0.8]] }", &["is not above the row before"]),
+        ("[contact]", "[contact]\nrelease = \"never\"", &["unknown variant `never`"]),
+        ("[plant]", "[plant]\nintegrator = \"euler\"", &["unknown variant `euler`"]),
+        ("[plant]", "[compensation]\nmethod = \"phase-lead\"\ndelay_s = -0.01\n[plant]", &["compensation: delay_s = -0.01 s is below 0"]),
+        ("[plant]", "[compensation]\nmethod = \"phase-lead\"\ndelay = 0.01\n[plant]", &["unknown field `delay`"]),
+        ("[virtual_contact]", "[virtual_contact]\npose = \"guessed\"", &["unknown variant `guessed`"]),
+    ] {
+        let shell = Shell::new();
+        assert_eq!(shell.run(&["run", "bench-hardware", "--extract", "DIR"]).exit, 0);
+        let text = shell.read("models/bench-hardware.toml");
+        shell.write("models/bench-hardware.toml", &text.replacen(line, instead, 1));
+        let ran = shell.run(&["run", "DIR/bench-hardware.toml", "-o", "DIR/a.mcap"]);
+        assert_eq!((ran.exit, ran.out.as_str()), (2, ""), "{instead}: {}", ran.err);
+        let said = ran.err.split_whitespace().collect::<Vec<_>>().join(" ");
+        for word in words.iter().chain(&["bench-hardware.toml: line", "help:"]) {
+            assert!(said.contains(word), "{instead} says {word:?}: {said}");
+        }
+    }
+}
