@@ -12,6 +12,7 @@ mod docking;
 mod drive;
 pub mod examine;
 pub mod fit;
+mod jitter;
 pub mod noise;
 pub mod problem;
 pub mod quality;

@@ -3,8 +3,9 @@
 //! A fit cannot predict which packet is lost, but the recording tells: a lost packet leaves the robot where it was for one tick,
 //! `v T` behind (0.14 mm at 35 mm/s), seven times the read-out noise. Losses are decoded as the most likely path of a two-state
 //! chain (Viterbi); its transitions are paid for with their probabilities, so that noise cannot be explained away by losses.
-//! Jitter of standard deviation s adds `v² s²` to the variance of the pose; the most likely lateness of each packet follows.
+//! The latenesses of jitter are decoded in [`super::jitter`].
 
+use super::jitter;
 use super::problem::{Problem, Run};
 use crate::blocks::Schedule;
 use crate::model::Chosen;
@@ -29,14 +30,17 @@ pub struct Decoded {
 }
 
 /// What the reported pose of a run says, with the deterministic part of the path taken out.
-struct Track<'a> {
-    run: &'a Run,
+pub(super) struct Track<'a> {
+    /// The run.
+    pub run: &'a Run,
     /// Reported minus predicted position, m; NaN where unknown.
-    residual_m: Vec<f64>,
-    /// Ticks between a command and the report that first shows it, and the share of the next command in that report.
-    lag: usize,
-    share: f64,
-    sigma_m: f64,
+    pub residual_m: Vec<f64>,
+    /// Ticks between a command and the report that first shows it.
+    pub lag: usize,
+    /// The share of the next command in that report.
+    pub share: f64,
+    /// Standard deviation of the report.
+    pub sigma_m: f64,
 }
 
 impl<'a> Track<'a> {
@@ -50,7 +54,8 @@ impl<'a> Track<'a> {
         Track { run, residual_m, lag, share: lag as f64 - ticks, sigma_m: problem.noise.position_floor_m }
     }
 
-    fn command(&self, packet: usize) -> f64 {
+    /// Position that a packet asks for.
+    pub fn command(&self, packet: usize) -> f64 {
         self.run.case.commanded[packet].position_m
     }
 
@@ -138,7 +143,7 @@ pub fn decode(
     let tracks = tracks(problem, predicted, path_delay_s);
     match kind.id.as_ref() {
         "command-loss" => Some(decode_losses(kind, &tracks, known)),
-        "command-jitter" => Some(decode_jitter(problem, kind, &tracks, known)),
+        "command-jitter" => Some(jitter::decode(problem, kind, &tracks, known)),
         _ => None,
     }
 }
@@ -183,56 +188,4 @@ fn held_commands(track: &Track<'_>, held: &[usize]) -> Schedule {
         Received { motion, late_s: 0.0, lost: *held > 0 }
     };
     Schedule(held.iter().enumerate().map(packet).collect())
-}
-
-/// Jitter: its standard deviation by maximum likelihood, then the most likely lateness of each packet.
-fn decode_jitter(problem: &Problem, kind: &Kind<Axis>, tracks: &[Track<'_>], known: Option<&[f64]>) -> Decoded {
-    let period_s = problem.model.timing.loop_period_s;
-    let speed = |track: &Track<'_>, tick: usize| {
-        let packet = tick.saturating_sub(track.lag).min(track.run.case.commanded.len() - 1);
-        track.advance(packet) / period_s
-    };
-    // Between two packets the report mixes their latenesses.
-    let mix = |track: &Track<'_>| track.share * track.share + (1.0 - track.share) * (1.0 - track.share);
-    let gain = |track: &Track<'_>, sigma_s: f64| -> f64 {
-        let of = |(tick, residual): (usize, &f64)| {
-            if residual.is_nan() {
-                return 0.0;
-            }
-            let own = track.sigma_m * track.sigma_m;
-            let wide = own + mix(track) * (speed(track, tick) * sigma_s) * (speed(track, tick) * sigma_s);
-            residual * residual * (1.0 / own - 1.0 / wide) - libm::log(wide / own)
-        };
-        track.residual_m.iter().enumerate().map(of).sum()
-    };
-    let total = |sigma_s: f64| tracks.iter().map(|track| gain(track, sigma_s)).sum::<f64>();
-    let grid = (0..=200).map(|i| i as f64 * 5e-5);
-    let best = || grid.max_by(|a, b| total(*a).total_cmp(&total(*b))).unwrap_or(0.0);
-    let sigma_s = known.map_or_else(best, |values| values[0]);
-    let nudge = 0.05 * sigma_s.max(1e-5);
-    let curvature = (2.0 * total(sigma_s) - total(sigma_s + nudge) - total(sigma_s - nudge)) / (nudge * nudge);
-    let schedules = tracks.iter().map(|track| late_commands(track, sigma_s, period_s)).collect();
-    Decoded {
-        chosen: Chosen { kind: kind.clone(), values: vec![sigma_s] },
-        deviations: vec![if curvature > 0.0 { libm::sqrt(2.0 / curvature) } else { f64::INFINITY }],
-        schedules,
-        gains: tracks.iter().map(|track| gain(track, sigma_s)).collect(),
-    }
-}
-
-fn late_commands(track: &Track<'_>, sigma_s: f64, period_s: f64) -> Schedule {
-    let commanded = &track.run.case.commanded;
-    let of = |(packet, motion): (usize, &AxisMotion)| {
-        let speed = track.advance(packet) / period_s;
-        let residual = track.residual_m.get(packet + track.lag).copied().unwrap_or(f64::NAN);
-        let own = track.sigma_m * track.sigma_m;
-        let spread = speed * speed * sigma_s * sigma_s;
-        let late_s = if residual.is_nan() || spread == 0.0 {
-            0.0
-        } else {
-            -residual * speed * sigma_s * sigma_s / (own + spread)
-        };
-        Received { motion: *motion, late_s, lost: false }
-    };
-    Schedule(commanded.iter().enumerate().map(of).collect())
 }
