@@ -4,9 +4,11 @@
 mod cli;
 mod compare;
 mod confusion;
+mod criteria;
 mod determinism;
 mod effects;
 mod hidden;
+mod measurements;
 mod mistakes;
 mod oracles;
 mod page;

@@ -1,24 +1,30 @@
-//! `dockhil compare`: where a model fails, and by how much.
+//! `dockhil compare`: where a model fails, and by how much; or, with `--reference`, what two measurements differ in.
 
 use super::console::Console;
 use super::inputs::{self, Outputs, Reading};
 use super::outcome::Exit;
 use crate::clamp::Clamp;
-use crate::compare::{FreeRun, Limit, Request, compare, exit_code};
+use crate::compare::{CompareVerdict, FreeRun, Limit, Request, compare, compare_measurements, exit_code_of};
 use crate::error::Error;
 use crate::recording::Session;
-use crate::report::{TEXT_WIDTH, html, story, text};
+use crate::report::{Page, TEXT_WIDTH, html, story, text};
 use clap::Args;
 use sim_core::effect::Catalog;
 use sim_core::space::Axis;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Arguments of `dockhil compare`.
 #[derive(Debug, Args)]
 pub struct Arguments {
     /// The model file.
-    #[arg(long, value_name = "MODEL.toml")]
-    pub model: PathBuf,
+    #[arg(long, value_name = "MODEL.toml", required_unless_present = "reference")]
+    pub model: Option<PathBuf>,
+    /// Compare with this recording instead of a model: facility against air-bearing table, say.
+    #[arg(long, value_name = "RECORDING", conflicts_with_all = ["model", "clamp", "samples", "seed"])]
+    pub reference: Option<PathBuf>,
+    /// Topics, units and conventions of the reference, if they are not those of the recordings.
+    #[arg(long, value_name = "MAP.toml", requires = "reference")]
+    pub reference_map: Option<PathBuf>,
     /// Recordings to compare with.
     #[arg(required = true, value_name = "RECORDING")]
     pub recordings: Vec<PathBuf>,
@@ -56,12 +62,34 @@ fn seed_of(sessions: &[Session]) -> u64 {
 impl Arguments {
     /// Does what was asked for.
     pub fn run(&self, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Exit, Error> {
-        self.outputs.check(self.recordings.iter().chain([&self.model]).chain(&self.reading.map))?;
+        let read = self.recordings.iter().chain(&self.model).chain(&self.reference);
+        self.outputs.check(read.chain(&self.reading.map).chain(&self.reference_map))?;
+        match (&self.reference, &self.model) {
+            (Some(reference), _) => self.against_measurement(reference, console),
+            (None, Some(model)) => self.against_model(model, catalog, console),
+            (None, None) => Err(Error::new("nothing to compare with").help("give --model or --reference")),
+        }
+    }
+
+    fn against_measurement(&self, reference: &PathBuf, console: &mut Console<'_>) -> Result<Exit, Error> {
+        let map = self.reference_map.as_ref().or(self.reading.map.as_ref()).cloned();
+        let reading = Reading { map, ..self.reading.clone() };
+        let mut all = reading.sessions(std::slice::from_ref(reference), console)?;
+        all.extend(self.reading.sessions(&self.recordings, console)?);
+        let used: Vec<&Session> = all.iter().collect();
+        inputs::each_once(&used)?;
+        let answer = compare_measurements(&all[0], &all[1..], &self.limits)?;
+        let page = story::measurements(&answer, &console.command, &inputs::provenance_of(&used));
+        self.hand_over(console, &serde_json::json!(answer), &page)?;
+        Ok(exit(answer.verdict))
+    }
+
+    fn against_model(&self, path: &Path, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Exit, Error> {
         if self.samples < 2 {
             let what = format!("{} free runs have no spread", self.samples);
             return Err(Error::new(what).place("--samples").help("give at least 2; 40 make the usual bands"));
         }
-        let model = inputs::model(&self.model, catalog)?;
+        let model = inputs::model(path, catalog)?;
         let sessions = self.reading.sessions(&self.recordings, console)?;
         inputs::each_once(&sessions.iter().collect::<Vec<_>>())?;
         let progress = console.progress();
@@ -77,20 +105,30 @@ impl Arguments {
         })?;
         drop(progress);
         let used: Vec<&Session> = sessions.iter().collect();
-        let page = story::comparison(&comparison, &console.command, &inputs::provenance(&self.model, &used)?);
+        let page = story::comparison(&comparison, &console.command, &inputs::provenance(path, &used)?);
+        self.hand_over(console, &serde_json::json!(comparison), &page)?;
+        Ok(exit(comparison.verdict))
+    }
+
+    /// Saves what is to be saved, and prints the text.
+    fn hand_over(&self, console: &mut Console<'_>, numbers: &serde_json::Value, page: &Page) -> Result<(), Error> {
         if let Some(path) = &self.outputs.json {
-            console.save(path, &format!("{:#}\n", serde_json::json!(comparison)))?;
+            console.save(path, &format!("{numbers:#}\n"))?;
         }
         if let Some(path) = &self.outputs.report {
-            console.save(path, &html(&page))?;
+            console.save(path, &html(page))?;
         }
         if !self.outputs.json_only() {
-            console.print(&text(&page, TEXT_WIDTH));
+            console.print(&text(page, TEXT_WIDTH));
         }
-        Ok(match exit_code(&comparison) {
-            0 => Exit::Pass,
-            1 => Exit::Failed,
-            _ => Exit::Undecided,
-        })
+        Ok(())
+    }
+}
+
+fn exit(verdict: CompareVerdict) -> Exit {
+    match exit_code_of(verdict) {
+        0 => Exit::Pass,
+        1 => Exit::Failed,
+        _ => Exit::Undecided,
     }
 }

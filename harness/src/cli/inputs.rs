@@ -162,8 +162,18 @@ pub fn provenance(model: &Path, sessions: &[&Session]) -> Result<Vec<(String, St
         ("program".to_string(), format!("dockhil {}", env!("CARGO_PKG_VERSION"))),
         (format!("model {}", model.display()), format!("sha256 {}", crate::files::sha256_hex(&bytes))),
     ];
-    rows.extend(sessions.iter().map(|session| {
-        (session.file.display().to_string(), format!("grade {:?}, sha256 {}", session.grade, session.sha256))
-    }));
+    rows.extend(recorded(sessions));
     Ok(rows)
+}
+
+/// The same, where no model takes part.
+pub fn provenance_of(sessions: &[&Session]) -> Vec<(String, String)> {
+    let program = ("program".to_string(), format!("dockhil {}", env!("CARGO_PKG_VERSION")));
+    std::iter::once(program).chain(recorded(sessions)).collect()
+}
+
+fn recorded<'s>(sessions: &'s [&Session]) -> impl Iterator<Item = (String, String)> + 's {
+    sessions.iter().map(|session| {
+        (session.file.display().to_string(), format!("grade {:?}, sha256 {}", session.grade, session.sha256))
+    })
 }

@@ -18,6 +18,9 @@ mod clamped;
 mod free_run;
 mod limit;
 mod log;
+mod measurement_words;
+mod measurements;
+mod observed;
 mod quantity;
 mod result;
 mod run;
@@ -28,8 +31,10 @@ mod words;
 
 pub use agreement::Agreement;
 pub use limit::{CHANNELS, Limit, Outcome};
+pub use measurements::{Alignment, Curves, Difference, Measurements, RunAgainst, compare_measurements};
+pub use observed::observation;
 pub use result::{
     Block, CompareVerdict, Comparison, Fitted, FreeRunSummary, HeatCell, HeatRow, LimitResult, Quantity,
     SessionComparison, Shift, Signals, Verdict,
 };
-pub use run::{FreeRun, Request, compare, exit_code};
+pub use run::{FreeRun, Request, compare, exit_code, exit_code_of};

@@ -210,7 +210,12 @@ fn verdict(request: &Request<'_>, sessions: &[SessionComparison], limits: &[Limi
 
 /// The exit code of `dockhil compare`: 0 inside or pass, 1 outside or fail, 3 cannot say or undecided.
 pub fn exit_code(comparison: &Comparison) -> u8 {
-    match comparison.verdict {
+    exit_code_of(comparison.verdict)
+}
+
+/// The same of the verdict alone.
+pub fn exit_code_of(verdict: CompareVerdict) -> u8 {
+    match verdict {
         CompareVerdict::InsideNoise | CompareVerdict::Pass => 0,
         CompareVerdict::Outside | CompareVerdict::Fail => 1,
         CompareVerdict::CannotSay | CompareVerdict::Undecided => 3,

@@ -9,9 +9,11 @@
 //! it is) against the observed damping of a run; which of the two forms of stability that is, linear or one-sided, is the
 //! caller's to say (reference/PHYSICS.md, correction 1).
 
-use super::contact_duration::duration;
 use super::verdict::cannot;
-use super::{Criterion, Estimate, Missing, Observation, ObservedAxis, Outcome, Verdict, observed_damping, speeds};
+use super::{
+    Criterion, Estimate, Missing, Observation, ObservedAxis, Outcome, Verdict, contact_duration, observed_damping,
+    speeds,
+};
 use crate::energy::Pairing;
 use crate::refusal::{Refusal, finite, not_negative, positive};
 use crate::restitution::Release;
@@ -110,7 +112,7 @@ impl Agreement {
             AgreementOf::RestitutionAtZeroForce => {
                 speeds(run, axis, Release::ZeroForce).map(|speeds| speeds.restitution)
             }
-            AgreementOf::ContactDuration => duration(run, axis).map(|(duration, _)| duration),
+            AgreementOf::ContactDuration => contact_duration(run, axis).map(|(duration, _)| duration),
         }
     }
 

@@ -27,7 +27,7 @@ mod verdict;
 pub use agreement::{Agreement, AgreementOf, Answer, same_sign, same_value};
 pub use any::AnyCriterion;
 pub use contact::{Contact, contact};
-pub use contact_duration::ContactDuration;
+pub use contact_duration::{ContactDuration, contact_duration};
 pub use damping::{Damping, ObservedDamping, observed_damping};
 pub use distortion::{Distortion, DistortionOf, distortion};
 pub use energy_per_axis::{AxisEnergy, EnergyPerAxis, energy_per_axis};

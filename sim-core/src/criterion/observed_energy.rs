@@ -8,6 +8,7 @@
 //! The noise band is two standard deviations of the sum from white noise of the sensor and of the reported position, plus
 //! rounding. An energy inside it is neutral.
 
+use super::contact::{threshold_n, within};
 use super::verdict::cannot;
 use super::{Along, Criterion, Missing, Observation, ObservedAxis, Outcome, Verdict, contact};
 use crate::energy::{Activity, Pairing, observed_j, observed_sd_j, observed_sd_of_position_j};
@@ -70,9 +71,9 @@ pub struct Energy {
     pub value_j: f64,
     /// Standard deviation from noise, in J; none if the noise is not known.
     pub sd_j: Option<f64>,
-    /// `Σ v² Δt` of the satellites' velocity in the pairing, in m²/s.
+    /// `Σ v² Δt` of the pairing's first velocity, from first to last touch by its own force, in m²/s.
     pub motion_m2_per_s: f64,
-    /// The tick after which the running sum was lowest.
+    /// The tick after which the running sum of the first port was lowest.
     pub lowest_at: Option<Nanos>,
     /// What rounding can do to the sum, in J.
     pub rounding_j: f64,
@@ -80,6 +81,7 @@ pub struct Energy {
 
 /// Forces and velocities of one port, with the standard deviations of a force and of a position.
 struct Port {
+    time: Vec<Nanos>,
     load: Vec<f64>,
     rate: Vec<f64>,
     load_sd: Option<f64>,
@@ -92,20 +94,46 @@ impl Port {
         let position = observed_sd_of_position_j(self.position_sd?, &self.load);
         Some(libm::sqrt(load * load + position * position))
     }
+
+    /// `Σ v² Δt` from first to last touch: free flight on either side has motion, and nothing to damp. Where the load pushes to no
+    /// one side, wherever it exceeds the threshold.
+    fn motion_m2_per_s(&self, tick_s: f64, threshold_n: f64) -> f64 {
+        let touch = within(&self.load, &self.time, threshold_n, "load");
+        let counts = |time: &Nanos, load: &f64| match &touch {
+            Ok(touch) => (touch.begin_s..=touch.end_s).contains(&time.seconds()),
+            Err(_) => load.abs() > threshold_n,
+        };
+        let ticks = self.time.iter().zip(&self.load).zip(&self.rate);
+        ticks.filter(|((time, load), _)| counts(time, load)).map(|(_, rate)| rate * rate * tick_s).sum()
+    }
+
+    /// The tick after which the running sum was lowest.
+    fn lowest_at(&self) -> Option<Nanos> {
+        let mut sum = 0.0;
+        let sums = self.load.iter().zip(&self.rate).map(|(load, rate)| {
+            sum += load * rate;
+            sum
+        });
+        let (place, _) = sums.enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
+        self.time.get(place).copied()
+    }
 }
 
 /// The observed energy of this pairing, with the default band.
 pub fn observed_energy(run: &Observation<'_>, what: &ObservedEnergy) -> Result<Energy, Missing> {
     let along = run.along(what.axis)?;
     let tick_s = run.tick_s()?;
+    let threshold_n = threshold_n(along);
+    let loop_port = |ports: &[(f64, Port)]| summed(ports, tick_s, threshold_n);
     match what.pairing {
-        Pairing::FeedbackWithSatelliteMean => Ok(summed(&[(1.0, satellites(run, along, what)?)], tick_s, run)),
-        Pairing::SensedWithMeasured => Ok(summed(&[(1.0, hardware(run, along, what)?)], tick_s, run)),
+        Pairing::FeedbackWithSatelliteMean => Ok(loop_port(&[(1.0, satellites(run, along, what)?)])),
+        Pairing::SensedWithMeasured => Ok(loop_port(&[(1.0, hardware(run, along, what)?)])),
         Pairing::FeedbackMinusSensed => {
-            let ports = [(1.0, satellites(run, along, what)?), (-1.0, hardware(run, along, what)?)];
-            Ok(summed(&ports, tick_s, run))
+            Ok(loop_port(&[(1.0, satellites(run, along, what)?), (-1.0, hardware(run, along, what)?)]))
         }
-        Pairing::InterfaceWithAchieved => Ok(summed(&[(1.0, interface(run, along)?)], run.sensor_tick_s()?, run)),
+        Pairing::InterfaceWithAchieved => {
+            Ok(summed(&[(1.0, interface(run, along)?)], run.sensor_tick_s()?, threshold_n))
+        }
     }
 }
 
@@ -126,7 +154,8 @@ fn satellites(run: &Observation<'_>, along: &Along<'_>, what: &ObservedEnergy) -
     let ticks = ticks(run, what)?;
     let cut = |values: &[f64]| values.get(ticks.clone()).map(<[f64]>::to_vec);
     let both = cut(&load).zip(cut(&rate)).ok_or_else(|| along.no("force at every tick"))?;
-    Ok(Port { load: both.0, rate: both.1, load_sd: along.load_sd, position_sd: Some(0.0) })
+    let time = run.loop_time[ticks].to_vec();
+    Ok(Port { time, load: both.0, rate: both.1, load_sd: along.load_sd, position_sd: Some(0.0) })
 }
 
 /// The hardware's port as a log holds it.
@@ -142,16 +171,17 @@ fn hardware(run: &Observation<'_>, along: &Along<'_>, what: &ObservedEnergy) -> 
         let here = get(tick + whole)?;
         Some(if share == 0.0 { here } else { here + share * (get(tick + whole + 1)? - here) })
     };
-    let (mut load, mut rate) = (Vec::new(), Vec::new());
+    let (mut time, mut load, mut rate) = (Vec::new(), Vec::new(), Vec::new());
     for tick in ticks(run, what)? {
         let newest = run.sensor_time.partition_point(|time| *time <= run.loop_time[tick]).checked_sub(1);
         let reading = newest.and_then(|newest| sensed.get(newest));
         if let (Some(reading), Some(before), Some(here)) = (reading, tick.checked_sub(1).and_then(at), at(tick)) {
+            time.push(run.loop_time[tick]);
             load.push(*reading);
             rate.push((here - before) / tick_s);
         }
     }
-    Ok(Port { load, rate, load_sd: along.load_sd, position_sd: along.position_sd })
+    Ok(Port { time, load, rate, load_sd: along.load_sd, position_sd: along.position_sd })
 }
 
 /// The interface itself, which only a simulation knows.
@@ -159,10 +189,11 @@ fn interface(run: &Observation<'_>, along: &Along<'_>) -> Result<Port, Missing> 
     let load = along.interface.as_ref().ok_or_else(|| along.no("force at the interface"))?;
     let rate = run.depth_rate_m_per_s.as_ref().filter(|_| along.axis == ObservedAxis::Z);
     let rate = rate.ok_or_else(|| along.no("achieved velocity"))?;
-    Ok(Port { load: load.to_vec(), rate: rate.to_vec(), load_sd: Some(0.0), position_sd: Some(0.0) })
+    let time = run.sensor_time.to_vec();
+    Ok(Port { time, load: load.to_vec(), rate: rate.to_vec(), load_sd: Some(0.0), position_sd: Some(0.0) })
 }
 
-fn summed(ports: &[(f64, Port)], tick_s: f64, run: &Observation<'_>) -> Energy {
+fn summed(ports: &[(f64, Port)], tick_s: f64, threshold_n: f64) -> Energy {
     let value_j = ports.iter().map(|(sign, port)| sign * observed_j(&port.load, &port.rate, tick_s)).sum();
     let variance = ports.iter().try_fold(0.0, |sum, (_, port)| port.sd_j(tick_s).map(|sd| sum + sd * sd));
     let terms = ports.iter().flat_map(|(_, port)| port.load.iter().zip(&port.rate));
@@ -171,21 +202,10 @@ fn summed(ports: &[(f64, Port)], tick_s: f64, run: &Observation<'_>) -> Energy {
     Energy {
         value_j,
         sd_j: variance.map(libm::sqrt),
-        motion_m2_per_s: ports[0].1.rate.iter().map(|rate| rate * rate * tick_s).sum(),
-        lowest_at: lowest(&ports[0].1, run),
+        motion_m2_per_s: ports[0].1.motion_m2_per_s(tick_s, threshold_n),
+        lowest_at: ports[0].1.lowest_at(),
         rounding_j: count * f64::EPSILON * size,
     }
-}
-
-/// The tick after which the running sum of the first port was lowest.
-fn lowest(port: &Port, run: &Observation<'_>) -> Option<Nanos> {
-    let mut sum = 0.0;
-    let sums = port.load.iter().zip(&port.rate).map(|(load, rate)| {
-        sum += load * rate;
-        sum
-    });
-    let (place, _) = sums.enumerate().min_by(|a, b| a.1.total_cmp(&b.1))?;
-    run.loop_time.get(place).copied()
 }
 
 impl ObservedEnergy {

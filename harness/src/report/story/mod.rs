@@ -13,6 +13,7 @@
 //! | `ladder` | the error ladder, also as a page of its own |
 //! | `comparison` | the page of a comparison: limits, blocks, quantities |
 //! | `compared` | curves of a comparison |
+//! | `measurements` | the page of two measurements |
 //! | `words` | numbers, units and names as text |
 
 mod compared;
@@ -20,6 +21,7 @@ mod comparison;
 mod diagnosis;
 mod ladder;
 mod maps;
+mod measurements;
 mod missing;
 mod quantities;
 mod signals;
@@ -29,3 +31,4 @@ pub mod words;
 pub use comparison::comparison;
 pub use diagnosis::diagnosis;
 pub use ladder::ladder_page;
+pub use measurements::measurements;
