@@ -5,6 +5,7 @@ mod cli;
 mod compare;
 mod confusion;
 mod criteria;
+mod contact;
 mod determinism;
 mod effects;
 mod hidden;

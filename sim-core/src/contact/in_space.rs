@@ -1,4 +1,4 @@
-//! Laws in space: the lift, friction, and a device that yields differently along each axis.
+//! Laws in space: the lift, friction, and a device that yields differently along each axis. Built under `#[cfg(test)]` alone.
 
 use super::*;
 use crate::rng::{Stream, Streams};

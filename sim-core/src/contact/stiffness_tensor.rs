@@ -12,7 +12,7 @@
 
 use crate::refusal::{self, Refusal};
 use core::fmt;
-use nalgebra::{Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix6, UnitQuaternion, Vector3, Vector6};
 
 /// Stiffness of three shifts and three turns; symmetric.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,6 +46,22 @@ impl StiffnessTensor {
     /// How much a wrench displaces; none if some direction carries nothing.
     pub fn compliance(&self) -> Option<Matrix6<f64>> {
         self.0.try_inverse()
+    }
+
+    /// The same stiffness about a point `to_m` from the present one. Exact if no force holds the device at rest.
+    pub fn about(&self, to_m: &Vector3<f64>) -> StiffnessTensor {
+        let mut lever = Matrix6::identity();
+        lever.fixed_view_mut::<3, 3>(0, 3).copy_from(&to_m.cross_matrix());
+        StiffnessTensor(lever.transpose() * self.0 * lever)
+    }
+
+    /// The same stiffness in other axes: `turn` turns the present ones into those, as it turns the device with it.
+    pub fn turned(&self, turn: &UnitQuaternion<f64>) -> StiffnessTensor {
+        let rotation = turn.to_rotation_matrix();
+        let mut both = Matrix6::zeros();
+        both.fixed_view_mut::<3, 3>(0, 0).copy_from(rotation.matrix());
+        both.fixed_view_mut::<3, 3>(3, 3).copy_from(rotation.matrix());
+        StiffnessTensor(both * self.0 * both.transpose())
     }
 
     /// The six principal directions, softest first. A turn counts as the shift of a point `length_m` away.

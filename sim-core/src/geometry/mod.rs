@@ -9,10 +9,12 @@ mod cone;
 mod funnel;
 mod peg;
 mod place;
+mod placed;
 mod plane;
 mod ring;
 pub use cone::Cone;
 pub use peg::Peg;
+pub use placed::Placed;
 pub use plane::Plane;
 pub use ring::Ring;
 

@@ -21,10 +21,11 @@ use crate::refusal::{self, Refusal};
 use crate::space::{Motion, Spatial, Touch};
 use nalgebra::Vector3;
 
-/// Most Newton steps; from the crossing of the plane, at tilts that fit a bore, three to five do.
+/// Most Newton steps; from the crossing of the plane, at tilts that fit a bore, two to four do.
 const STEPS_MAX: usize = 12;
-/// A step this small ends the search: far below what a depth can mean, and its square is what the depth is wrong by.
-const STEP_END_M: f64 = 1e-12;
+
+/// A step this small ends the search: what is then left is its square over the radius, far below what a depth can mean.
+const STEP_END_M: f64 = 1e-8;
 
 /// Peg and bore.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -69,11 +70,16 @@ impl Peg {
         Near { behind_m: 0.0, outward, wall: self.bore.distance(r, achieved.position_m.z) }
     }
 
-    /// The point of the shaft that is nearest to the rim at depth `rim_z_m`; none if the shaft does not reach there.
-    fn shaft(&self, achieved: &Motion, axis: &Vector3<f64>, rim_z_m: f64) -> Option<Near> {
+    /// The point of the shaft that is nearest to the rim at depth `rim_z_m`, if it is nearer to it than `nearer_than_m`.
+    fn shaft(&self, achieved: &Motion, axis: &Vector3<f64>, rim_z_m: f64, nearer_than_m: f64) -> Option<Near> {
         let (tip, lean2) = (achieved.position_m, axis.x * axis.x + axis.y * axis.y);
         let mut behind_m = (tip.z - rim_z_m) / axis.z;
-        if !behind_m.is_finite() {
+        let crossing = tip - axis * behind_m;
+        let crossing_r = libm::sqrt(crossing.x * crossing.x + crossing.y * crossing.y);
+        // The nearest point is the foot of a point of the rim on the line: no further from the crossing than the rim is wide. And
+        // the line leans by no more than its tilt, so that its distance from the rim is bounded from below.
+        let short = behind_m < -2.0 * self.bore_radius_m;
+        if !behind_m.is_finite() || short || (self.bore_radius_m - crossing_r) * axis.z.abs() >= nearer_than_m {
             return None;
         }
         for _ in 0..STEPS_MAX {
@@ -101,7 +107,7 @@ impl Peg {
         let velocity = achieved.velocity_m_per_s - achieved.rate_rad_per_s.cross(&(axis * behind_m));
         let (r, outward) = place::from_axis(point_m, velocity);
         let wall = circle(r - self.bore_radius_m, point_m.z - rim_z_m)?;
-        Some(Near { behind_m, outward, wall })
+        (wall.distance_m < nearer_than_m).then_some(Near { behind_m, outward, wall })
     }
 }
 
@@ -110,11 +116,7 @@ impl Geometry<Spatial> for Peg {
         let axis = achieved.attitude * Vector3::z();
         let mut near = self.nose(achieved);
         for rim_z_m in [0.0, self.bore_depth_m] {
-            if let Some(shaft) = self.shaft(achieved, &axis, rim_z_m)
-                && shaft.wall.distance_m < near.wall.distance_m
-            {
-                near = shaft;
-            }
+            near = self.shaft(achieved, &axis, rim_z_m, near.wall.distance_m).unwrap_or(near);
         }
         let mut normal = near.outward * near.wall.radial;
         normal.z = near.wall.axial;

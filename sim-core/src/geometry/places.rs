@@ -1,4 +1,4 @@
-//! Geometries at places where depth and normal are known by hand, and what is refused.
+//! Geometries at places where depth and normal are known by hand, and what is refused. Built under `#[cfg(test)]` alone.
 
 use super::*;
 use crate::space::{Axis, AxisMotion, Motion, Path, Spatial, Touch};
@@ -100,6 +100,39 @@ fn a_straight_peg_slides_on_the_wall_and_a_tilted_one_leans_on_the_rim() {
     assert!(through.depth_m > 0.0 && through.normal.x.abs() > 0.9, "{through:?}");
     let short = Peg::new(0.05, 0.3, 0.045, 0.01).unwrap().touch(&motion);
     assert!(short.depth_m < touch.depth_m, "a shaft that ends before the rim does not lean on it");
+}
+
+/// Turned by a right angle about y and shifted: what was along z is along x. Rate and slip of the same motion agree.
+#[test]
+fn a_geometry_in_another_place_is_the_same_geometry() {
+    let turn = UnitQuaternion::from_scaled_axis(Vector3::y() * core::f64::consts::FRAC_PI_2);
+    let origin_m = Vector3::new(0.1, -0.2, 0.3);
+    let placed = Placed::new(cone(), origin_m, turn).unwrap();
+    let here = Motion {
+        velocity_m_per_s: Vector3::new(0.01, -0.02, 0.03),
+        rate_rad_per_s: Vector3::new(0.3, 0.1, -0.2),
+        ..at(0.12, 0.05, 0.1)
+    };
+    let there = Motion {
+        position_m: origin_m + turn * here.position_m,
+        attitude: turn * here.attitude,
+        velocity_m_per_s: turn * here.velocity_m_per_s,
+        rate_rad_per_s: turn * here.rate_rad_per_s,
+        ..here
+    };
+    let (bare, touch) = (cone().touch(&here), placed.touch(&there));
+    // Rotations to and fro of lengths below a metre.
+    assert!((touch.depth_m - bare.depth_m).abs() < 1e-15 && (touch.rate_m_per_s - bare.rate_m_per_s).abs() < 1e-16);
+    for (seen, expected) in
+        [(touch.normal, bare.normal), (touch.arm_m, bare.arm_m), (touch.slip_m_per_s, bare.slip_m_per_s)]
+    {
+        assert!((seen - turn * expected).norm() < 1e-14, "{seen:?} {expected:?}");
+    }
+    assert!((touch.point_m - there.position_m - touch.arm_m).norm() < 1e-15);
+    // A tilted plane pushes by the sine of its tilt across the axis.
+    let tilted = Placed::new(Plane, Vector3::zeros(), UnitQuaternion::from_scaled_axis(Vector3::y() * 0.02)).unwrap();
+    assert!((tilted.touch(&at(0.0, 0.0, 0.005)).normal.x + libm::sin(0.02)).abs() < 1e-16);
+    assert!(Placed::new(Plane, Vector3::new(f64::NAN, 0.0, 0.0), turn).is_err());
 }
 
 #[test]
