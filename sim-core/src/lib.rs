@@ -22,6 +22,7 @@ pub mod effect;
 pub mod effects;
 pub mod energy;
 pub mod force_sensor;
+pub mod frames;
 pub mod geometry;
 pub mod link;
 pub mod plant;

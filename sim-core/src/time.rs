@@ -14,13 +14,37 @@ impl Nanos {
     }
 
     /// Seconds; exact to rounding for less than 104 days.
+    #[inline]
     pub fn seconds(self) -> f64 {
         self.0 as f64 * 1e-9
     }
+}
 
-    /// Whether a clock of this `period`, first ticking at `phase`, ticks now.
-    pub fn ticks(self, period: Nanos, phase: Nanos) -> bool {
-        period.0 > 0 && self >= phase && (self.0 - phase.0) % period.0 == 0
+/// A clock that a run asks once at each physics step.
+#[derive(Debug, Clone, Copy)]
+pub struct Clock {
+    next: Nanos,
+    period: Nanos,
+}
+
+impl Clock {
+    /// A clock of this `period` that first ticks at `phase`, asked from the time `from` on. A period of zero never ticks.
+    pub fn new(period: Nanos, phase: Nanos, from: Nanos) -> Self {
+        if period.0 <= 0 {
+            return Clock { next: Nanos(i64::MAX), period: Nanos(0) };
+        }
+        let missed = if from > phase { (from.0 - phase.0 + period.0 - 1) / period.0 } else { 0 };
+        Clock { next: Nanos(phase.0 + missed * period.0), period }
+    }
+
+    /// Whether it ticks now; times only grow from call to call, and none that ticks is left out.
+    #[inline]
+    pub fn ticks(&mut self, now: Nanos) -> bool {
+        let ticks = now == self.next;
+        if ticks {
+            self.next = self.next + self.period;
+        }
+        ticks
     }
 }
 

@@ -1,14 +1,15 @@
 //! What a run leaves behind: columns at the rates at which they were produced, and a fingerprint of their bits.
 
 use crate::signals::{Received, Signals};
-use crate::space::{Axis, AxisMotion, AxisTouch, Space};
+use crate::space::{AxisMotion, AxisTouch, Motion, Space, Touch, Wrench};
 use crate::time::Nanos;
 use alloc::vec::Vec;
 
 /// Which columns a run fills; what nobody asks for costs nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Columns {
-    /// Commanded, received, measured, feedback and the motion after the tick, at each tick of the loop.
+    /// Commanded, received, measured, feedback and the motion after the tick, at each tick of the loop; the acceleration of
+    /// what is measured only where something in the loop reads it.
     pub loop_ticks: bool,
     /// The analogue reading, the interface force and the touch, at each tick of the sensor.
     pub sensor_ticks: bool,
@@ -159,20 +160,64 @@ impl Fingerprint {
     }
 }
 
-impl Trace<Axis> {
+/// What has bits to be taken in.
+pub trait Bits {
+    /// Takes all of them in, in one order.
+    fn take_into(&self, print: &mut Fingerprint);
+}
+
+impl Bits for f64 {
+    fn take_into(&self, print: &mut Fingerprint) {
+        print.take(*self);
+    }
+}
+
+impl Bits for AxisMotion {
+    fn take_into(&self, print: &mut Fingerprint) {
+        [self.position_m, self.velocity_m_per_s, self.pitch_rad].iter().for_each(|&value| print.take(value));
+    }
+}
+
+impl Bits for AxisTouch {
+    fn take_into(&self, print: &mut Fingerprint) {
+        [self.depth_m, self.rate_m_per_s].iter().for_each(|&value| print.take(value));
+    }
+}
+
+impl Bits for Motion {
+    fn take_into(&self, print: &mut Fingerprint) {
+        let vectors = self.position_m.iter().chain(&self.velocity_m_per_s).chain(&self.rate_rad_per_s);
+        vectors.chain(&self.attitude.coords).for_each(|&value| print.take(value));
+    }
+}
+
+impl Bits for Wrench {
+    fn take_into(&self, print: &mut Fingerprint) {
+        self.force_n.iter().chain(&self.torque_n_m).for_each(|&value| print.take(value));
+    }
+}
+
+impl Bits for Touch {
+    fn take_into(&self, print: &mut Fingerprint) {
+        let vectors = self.normal.iter().chain(&self.point_m).chain(&self.arm_m).chain(&self.slip_m_per_s);
+        [self.depth_m, self.rate_m_per_s].iter().chain(vectors).for_each(|&value| print.take(value));
+    }
+}
+
+impl<S: Space> Trace<S>
+where
+    S::Motion: Bits,
+    S::Wrench: Bits,
+    S::Touch: Bits,
+{
     /// The fingerprint of everything that a log of this run would hold.
     pub fn fingerprint(&self) -> Fingerprint {
         let mut print = Fingerprint::default();
-        let mut motion = |motion: &AxisMotion| {
-            print.take(motion.position_m);
-            print.take(motion.velocity_m_per_s);
-            print.take(motion.pitch_rad);
-        };
-        self.commanded.iter().chain(&self.measured).chain(&self.after).for_each(&mut motion);
-        self.achieved.iter().chain(&self.measured_steps).for_each(&mut motion);
-        let touch = self.touch.iter().flat_map(|touch: &AxisTouch| [touch.depth_m, touch.rate_m_per_s]);
-        let loads = self.feedback.iter().chain(&self.sensed).chain(&self.interface).copied();
-        loads.chain(touch).for_each(|value| print.take(value));
+        let motions = [&self.commanded, &self.measured, &self.after, &self.achieved, &self.measured_steps];
+        motions.into_iter().flatten().for_each(|motion| motion.take_into(&mut print));
+        let loads = [&self.feedback, &self.sensed, &self.interface];
+        loads.into_iter().flatten().for_each(|load| load.take_into(&mut print));
+        self.touch.iter().for_each(|touch| touch.take_into(&mut print));
         print
     }
 }

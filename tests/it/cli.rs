@@ -27,7 +27,7 @@ fn a_mistake_in_a_model_is_shown_at_its_place() {
     check_mistake(
         "\nmass_kg = 63.2",
         "\nmass = 63.2",
-        "  × DIR/m.toml: line 11: unknown field `mass`, expected `mass_kg`
+        "  × DIR/m.toml: line 11: unknown field `mass`, expected `mass_kg` or `integrator`
     ╭─[11:1]
  10 │ [plant]
  11 │ mass = 63.2

@@ -4,11 +4,12 @@
 mod cli;
 mod compare;
 mod confusion;
-mod criteria;
 mod contact;
+mod criteria;
 mod determinism;
 mod effects;
 mod hidden;
+mod r#loop;
 mod measurements;
 mod mistakes;
 mod oracles;

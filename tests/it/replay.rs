@@ -274,5 +274,7 @@ fn a_copy_of_a_foreign_recording_reads_the_same() {
     rewrite(&bytes, &mut |_| None, &Luggage::default(), &[], &mut out).unwrap();
     let read = |bytes: &[u8]| harness::recording::from_bytes("x.mcap", bytes, &ReadOptions::default()).unwrap();
     let (one, other) = (read(&bytes), read(&out.into_inner()));
-    assert_eq!(Session { sha256: String::new(), ..one }, Session { sha256: String::new(), ..other });
+    // What the files protect by checksums is not the same: ours has one for the data section.
+    let signals = |session: Session| Session { sha256: String::new(), findings: Vec::new(), ..session };
+    assert_eq!(signals(one), signals(other));
 }

@@ -49,7 +49,8 @@ fn the_scenarios_inside_are_the_folder() {
         let entries = std::fs::read_dir(fixtures::folder().join(folder)).unwrap();
         let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
         let mut names: Vec<String> = names.filter(|name| name.ends_with(".toml")).collect();
-        names.sort();
+        // By the name without its ending, as they are listed.
+        names.sort_by(|one, other| one.trim_end_matches(".toml").cmp(other.trim_end_matches(".toml")));
         names
     };
     let inside: Vec<String> = fixtures::SCENARIOS.iter().map(|text| text.name.to_owned()).collect();
@@ -98,7 +99,7 @@ fn a_recording_carries_what_makes_it_again() {
 /// The recorded cells are compared by the same command; here truth and model share code, so the model is right but for noise.
 #[test]
 fn a_recording_of_a_run_goes_through_compare_with_no_further_step() {
-    for name in ["facility", "bench-passive", "planar", "air-bearing-table"] {
+    for name in ["facility", "bench-passive", "planar"] {
         let shell = Shell::new();
         assert_eq!(shell.run(&["run", name, "-o", "DIR/a.mcap"]).exit, 0, "{name}");
         assert_eq!(shell.run(&["model", "init", "DIR/a.mcap", "-o", "DIR/m.toml"]).exit, 0, "{name}");
@@ -174,7 +175,7 @@ fn a_fault_of_a_scenario_is_named_by_the_diagnosis_where_truth_and_model_share_c
     let ran = shell.run(&[&line[..], &learn, &["--test", &runs[4]]].concat());
     let found = json(&shell, "d.json");
     assert_eq!(ran.exit, 0, "{}{}", ran.out, ran.err);
-    assert!(found["verdict"].to_string().contains("stiffness-hardening"), "{}", found["verdict"]);
+    assert!(found["found"].to_string().contains("stiffness-hardening"), "{found:#}");
 }
 
 #[test]
@@ -205,7 +206,8 @@ fn a_fault_that_does_nothing_is_an_error_of_the_run() {
     let catalog = sim_core::effects::standard();
     let params = &catalog.get("end-stop").unwrap().params;
     let table: String = params.iter().map(|param| format!("{} = {:?}\n", param.name, param.upper)).collect();
-    let shell = changed("bench-hardware", "[[criterion]]", &format!("[[effect]]\nid = \"end-stop\"\n{table}[[criterion]]"));
+    let shell =
+        changed("bench-hardware", "[[criterion]]", &format!("[[effect]]\nid = \"end-stop\"\n{table}[[criterion]]"));
     let before = shell.names();
     let ran = shell.run(&["run", "DIR/bench-hardware.toml", "-o", "DIR/a.mcap", "--json", "DIR/a.json"]);
     assert_eq!((ran.exit, ran.out.as_str()), (6, ""), "{}", ran.err);
@@ -217,8 +219,9 @@ fn a_fault_that_does_nothing_is_an_error_of_the_run() {
 fn a_loop_that_runs_away_ends_there_and_its_recording_is_sound() {
     let shell = changed("bench-active", "duration_s = 1.8", "duration_s = 30.0");
     let model = shell.read("models/bench-active.toml");
-    // 30 kN s/m behind 32 ms: far beyond b_hi, which is near 3 kN s/m (reference/PHYSICS.md, section 1.5).
-    shell.write("models/bench-active.toml", &model.replace("damping_n_s_per_m = 20.0", "damping_n_s_per_m = 30000.0"));
+    // 3 MN s/m behind 32 ms: b_hi is near 3 kN s/m (reference/PHYSICS.md, section 1.5). One tick of the first touch kicks the
+    // satellites out at meters per second.
+    shell.write("models/bench-active.toml", &model.replace("damping_n_s_per_m = 20.0", "damping_n_s_per_m = 3e6"));
     let ran = shell.run(&["run", "DIR/bench-active.toml", "-o", "DIR/a.mcap", "--json", "DIR/a.json"]);
     let answer = json(&shell, "a.json");
     assert!(answer["ran_away_s"].as_f64().is_some_and(|at_s| at_s < 30.0), "{answer}");
@@ -244,18 +247,22 @@ fn refuses(name: &str, line: &str, instead: &str, words: &[&str]) {
 fn wrong_scenarios_are_refused_with_file_place_value_and_limit() {
     let wrong = [
         ("seed = 20140401\n", "", &["bench-hardware.toml", "missing field `seed`"][..]),
-        ("seed = 20140401", "sede = 20140401", &["line 6", "unknown field `sede`", "── here"]),
-        ("duration_s = 1.8", "duration_s = -1.8", &["line 7", "duration_s = -1.8 s is outside (0, 3600]"]),
+        ("seed = 20140401", "sede = 20140401", &["line 7", "unknown field `sede`", "── here"]),
+        ("duration_s = 1.8", "duration_s = -1.8", &["line 8", "duration_s = -1.8 s is outside (0, 3600]"]),
         ("duration_s = 1.8", "duration_s = 0.01", &["duration_s = 0.01 s is below 0.08 s, 20 ticks"]),
         ("velocity_m_per_s = 0.035", "velocity_m_per_s = 35.0", &["velocity_m_per_s = 35 m/s is outside [-10, 10]"]),
         ("position_m = -0.008", "position_m = [0, 0, -0.008]", &["start.position_m has three parts", "one axis"]),
-        ("position_m = -0.008", "position_m = \"near\"", &["line 11", "expected one number along the axis"]),
+        ("position_m = -0.008", "position_m = \"near\"", &["line 12", "expected one number along the axis"]),
         ("schema = 1", "schema = 3", &["line 1", "schema = 3 is not 1"]),
         ("models/bench-hardware.toml", "models/bench.toml", &["models/bench.toml", "cannot read the model"]),
         ("at_most = 1.0", "at_most = nan", &["criterion restitution", "at_most = NaN", "is not a finite number"]),
         ("at_most_n = 15.0", "at_most = 15.0", &["unknown field `at_most`"]),
         ("id = \"restitution\"", "id = \"restitusion\"", &["unknown variant `restitusion`"]),
-        ("[[criterion]]", "[[effect]]\nid = \"force-bais\"\nforce_n = 0.3\n[[criterion]]", &["did you mean force-bias?"]),
+        (
+            "[[criterion]]",
+            "[[effect]]\nid = \"force-bais\"\nforce_n = 0.3\n[[criterion]]",
+            &["did you mean force-bias?"],
+        ),
         (
             "[[criterion]]",
             "[[effect]]\nid = \"force-bias\"\nforce_n = 0.3\nfrom_s = 3.0\n[[criterion]]",
@@ -271,7 +278,11 @@ fn wrong_scenarios_are_refused_with_file_place_value_and_limit() {
             "[[effect]]\nid = \"clock-offset\"\noffset_s = 0.005\nfrom_s = 1.0\n[[criterion]]",
             &["clock-offset shifts every stamp"],
         ),
-        ("[[criterion]]", "[session]\nft_bias = \"0\"\n[[criterion]]", &["session.ft_bias is written by the run itself"]),
+        (
+            "[[criterion]]",
+            "[session]\nft_bias = \"0\"\n[[criterion]]",
+            &["session.ft_bias is written by the run itself"],
+        ),
     ];
     for (line, instead, words) in wrong {
         refuses("bench-hardware", line, instead, words);
@@ -301,13 +312,25 @@ fn names_and_files_that_are_not_there_are_refused() {
 #[test]
 fn wrong_parts_of_a_model_are_refused_at_their_place() {
     for (line, instead, words) in [
-        ("[contact]", "[contact]\nlaw = { kind = \"hertz\", exponent = -1.5, depth_m = 0.005 }", &["contact.law: exponent = -1.5"][..]),
+        (
+            "[contact]",
+            "[contact]\nlaw = { kind = \"hertz\", exponent = -1.5, depth_m = 0.005 }",
+            &["contact.law: exponent = -1.5"][..],
+        ),
         ("[contact]", "[contact]\nlaw = { kind = \"hertz\", exponent = 1.5 }", &["missing field `depth_m`"]),
         ("[contact]", "[contact]\nlaw = { kind = \"rubber\" }", &["unknown variant `rubber`"]),
-        ("[contact]", "[contact]\nlaw = { kind = \"table\", rows = [[0.002, 1.0], [0.001, 0.8]] }", &["is not above the row before"]),
+        (
+            "[contact]",
+            "[contact]\nlaw = { kind = \"table\", rows = [[0.002, 1.0], [0.001, 0.8]] }",
+            &["is not above the row before"],
+        ),
         ("[contact]", "[contact]\nrelease = \"never\"", &["unknown variant `never`"]),
         ("[plant]", "[plant]\nintegrator = \"euler\"", &["unknown variant `euler`"]),
-        ("[plant]", "[compensation]\nmethod = \"phase-lead\"\ndelay_s = -0.01\n[plant]", &["compensation: delay_s = -0.01 s is below 0"]),
+        (
+            "[plant]",
+            "[compensation]\nmethod = \"phase-lead\"\ndelay_s = -0.01\n[plant]",
+            &["compensation: delay_s = -0.01 s is below 0"],
+        ),
         ("[plant]", "[compensation]\nmethod = \"phase-lead\"\ndelay = 0.01\n[plant]", &["unknown field `delay`"]),
         ("[virtual_contact]", "[virtual_contact]\npose = \"guessed\"", &["unknown variant `guessed`"]),
     ] {

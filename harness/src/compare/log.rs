@@ -4,7 +4,7 @@
 use crate::blocks::GRAVITY_M_PER_S2;
 use crate::case::Case;
 use crate::model::Model;
-use sim_core::plant::Integrator;
+use sim_core::plant::PointIntegrator;
 use sim_core::space::{Axis, AxisMotion};
 use sim_core::trace::Trace;
 
@@ -101,14 +101,14 @@ fn after_from_commands(model: &Model, case: &Case) -> Vec<f64> {
     let moved = case.commanded.windows(2).map(|pair| (pair[1].position_m - pair[0].position_m) / period_s);
     let mut before = case.first.velocity_m_per_s;
     let mut out: Vec<f64> = match model.plant.integrator {
-        Integrator::ExactHold => moved
+        PointIntegrator::ExactHold => moved
             .map(|mean| {
                 before = 2.0 * mean - before;
                 before
             })
             .collect(),
-        Integrator::SemiImplicit => moved.collect(),
-        Integrator::Explicit => moved.skip(1).collect(),
+        PointIntegrator::SemiImplicit => moved.collect(),
+        PointIntegrator::Explicit => moved.skip(1).collect(),
     };
     let last = out.last().copied().unwrap_or(before);
     out.resize(case.commanded.len(), last);

@@ -12,7 +12,7 @@ use serde::Serialize;
 use sim_core::closed_loop::{Clamps, Start};
 use sim_core::effect::Attached;
 use sim_core::force_sensor::SensorNoise;
-use sim_core::plant::Integrator;
+use sim_core::plant::PointIntegrator;
 use sim_core::rng::Streams;
 use sim_core::signals::Wire;
 use sim_core::time::Nanos;
@@ -160,9 +160,9 @@ fn balance(model: &Model, case: &Case, inputs: &Inputs<'_>) -> Vec<Balance> {
     let x = |tick: usize| case.commanded[tick].position_m;
     // Twice the force that bends the path of the commands, by each integrator.
     let felt = |now_n: f64, before_n: f64| match model.plant.integrator {
-        Integrator::ExactHold => now_n + before_n,
-        Integrator::SemiImplicit => 2.0 * now_n,
-        Integrator::Explicit => 2.0 * before_n,
+        PointIntegrator::ExactHold => now_n + before_n,
+        PointIntegrator::SemiImplicit => 2.0 * now_n,
+        PointIntegrator::Explicit => 2.0 * before_n,
     };
     let whole = |tick: usize| case.commanded_known[tick - 1..=tick + 1].iter().all(|known| *known);
     (1..case.commanded.len() - 1)

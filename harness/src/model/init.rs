@@ -7,7 +7,7 @@ use super::{
 use crate::error::Error;
 use crate::recording::{Kind, Session};
 use sim_core::compensator::Compensation;
-use sim_core::plant::Integrator;
+use sim_core::plant::PointIntegrator;
 
 /// The model of the cell that this recording's operator describes.
 pub fn from_session(session: &Session) -> Result<Model, Error> {
@@ -26,7 +26,7 @@ pub fn from_session(session: &Session) -> Result<Model, Error> {
         schema: 1,
         name: "nominal".into(),
         rig: RigKind::Docking,
-        plant: PlantModel { mass_kg: need("reduced_mass_kg")?, integrator: Integrator::default() },
+        plant: PlantModel { mass_kg: need("reduced_mass_kg")?, integrator: PointIntegrator::default() },
         contact: ContactModel {
             stiffness_n_per_m: need("device_stiffness_n_per_m")?,
             damping_n_s_per_m: need("device_damping_n_s_per_m")?,
@@ -81,7 +81,10 @@ fn drive(session: &Session) -> Result<Model, Error> {
         schema: 1,
         name: "nominal".into(),
         rig: RigKind::Drive,
-        plant: PlantModel { mass_kg: session.believed_f64_or("mass_kg", 100.0)?, integrator: Integrator::default() },
+        plant: PlantModel {
+            mass_kg: session.believed_f64_or("mass_kg", 100.0)?,
+            integrator: PointIntegrator::default(),
+        },
         contact: ContactModel {
             stiffness_n_per_m: 0.0,
             damping_n_s_per_m: session.believed_f64_or("damping_n_s_per_m", 100.0)?,

@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sim_core::compensator::{Architecture, Compensation, VirtualPose};
 use sim_core::effect::{Attached, Catalog, Kind, Param};
-use sim_core::plant::Integrator;
+use sim_core::plant::PointIntegrator;
 use sim_core::space::Axis;
 use std::path::Path;
 
@@ -87,7 +87,7 @@ pub struct PlantModel {
     /// How the position follows from the force, which is held for one tick.
     #[serde(default, skip_serializing_if = "parts::is_usual")]
     #[schemars(with = "String", extend("enum" = ["exact-hold", "semi-implicit", "explicit"]))]
-    pub integrator: Integrator,
+    pub integrator: PointIntegrator,
 }
 
 /// The device in contact.

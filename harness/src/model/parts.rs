@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use sim_core::compensator::delay_compensation::Side;
 use sim_core::compensator::{Architecture, Compensation, VirtualPose};
 use sim_core::contact::{Empirical, Hertz, HuntCrossley, Row, Sides, SpringDashpot};
-use sim_core::plant::Integrator;
+use sim_core::plant::PointIntegrator;
 use sim_core::refusal::{Refusal, positive};
 
 /// How the device answers a penetration. Stiffness and damping keep their meaning: at `depth_m` every law resists as the spring
@@ -115,7 +115,7 @@ impl LawModel {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct Parts {
-    integrator: Integrator,
+    integrator: PointIntegrator,
     release: ReleaseModel,
     architecture: Architecture,
     law: LawModel,

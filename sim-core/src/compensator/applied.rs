@@ -13,7 +13,12 @@ impl<S: Space> Compensator<S> for Applied {
 
     fn start(&self, _measured: &S::Motion, _period_s: f64) {}
 
+    #[inline]
     fn feedback(&self, _state: &mut (), _step: Step, heard: Heard<'_, S>) -> S::Wrench {
         *heard.interface - heard.applied
+    }
+
+    fn reads_acceleration(&self) -> bool {
+        false
     }
 }

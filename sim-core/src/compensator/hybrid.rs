@@ -126,4 +126,8 @@ impl<Delay: DelayCompensation> Compensator<Axis> for Hybrid<Delay> {
     fn command(&self, state: &mut Self::State, step: Step, asked: AxisMotion) -> AxisMotion {
         self.delay.command(&mut state.delay, &asked, step.dt.seconds())
     }
+
+    fn reads_acceleration(&self) -> bool {
+        false
+    }
 }

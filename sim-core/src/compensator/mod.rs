@@ -7,12 +7,14 @@ mod applied;
 mod architecture;
 pub mod delay_compensation;
 mod hybrid;
+mod hybrid_space;
 mod position_estimator;
 mod software;
 pub use applied::Applied;
 pub use architecture::{Architecture, VirtualPose};
 pub use delay_compensation::{Compensation, DelayCompensation, Uncompensated};
 pub use hybrid::{Hybrid, HybridState};
+pub use hybrid_space::{AxisPair, HybridSpace, HybridSpaceState, SpacePose};
 pub use position_estimator::{PositionEstimator, PositionEstimatorState};
 pub use software::{Release, Software, SoftwareState};
 
@@ -22,8 +24,13 @@ pub trait Compensator<S: Space>: Send + Sync {
     type State: Clone + Send;
     /// Before the first tick; `period_s` is the loop's.
     fn start(&self, measured: &S::Motion, period_s: f64) -> Self::State;
-    /// The net force at this tick; positive resists closing.
+    /// The net force at this tick. Along one axis positive resists closing; in space it is the wrench on the chaser at the probe
+    /// tip, in the nozzle frame.
     fn feedback(&self, state: &mut Self::State, step: Step, heard: Heard<'_, S>) -> S::Wrench;
+    /// Whether it reads the acceleration of the measured pose; one that says no spares a run its computation.
+    fn reads_acceleration(&self) -> bool {
+        true
+    }
     /// What the robot is told at this tick, before its force is known, when the satellites ask for `asked`.
     fn command(&self, _state: &mut Self::State, _step: Step, asked: S::Motion) -> S::Motion {
         asked

@@ -123,6 +123,10 @@ impl Compensator<Axis> for Software {
         state.head = (state.head + 1) % ticks;
         state.impulse_n_s[state.head] / period_s
     }
+
+    fn reads_acceleration(&self) -> bool {
+        false
+    }
 }
 
 fn value(of: &Quadratic, s: f64) -> f64 {

@@ -23,6 +23,10 @@ impl Effect<Axis> for AsymmetricDamping {
     fn contact(&self, _context: Context<'_>, seen: &Signals<Axis>, out: &mut ContactForce<Axis>) {
         out.dissipative += self.damping_n_s_per_m * seen.touch.rate_m_per_s.min(0.0);
     }
+
+    fn reads_acceleration(&self) -> bool {
+        false
+    }
 }
 
 /// The entry of the catalogue.

@@ -23,6 +23,10 @@ impl Effect<Axis> for ClockOffset {
     fn stamp_offset_s(&self) -> f64 {
         self.offset_s
     }
+
+    fn reads_acceleration(&self) -> bool {
+        false
+    }
 }
 
 /// The entry of the catalogue.

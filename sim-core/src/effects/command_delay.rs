@@ -22,6 +22,10 @@ impl Effect<Axis> for CommandDelay {
     fn received(&self, _context: Context<'_>, _seen: &Signals<Axis>, out: &mut Received<Axis>) {
         out.late_s += self.delay_s;
     }
+
+    fn reads_acceleration(&self) -> bool {
+        false
+    }
 }
 
 /// The entry of the catalogue.

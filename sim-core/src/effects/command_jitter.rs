@@ -23,6 +23,10 @@ impl Effect<Axis> for CommandJitter {
     fn received(&self, context: Context<'_>, _seen: &Signals<Axis>, out: &mut Received<Axis>) {
         out.late_s += self.sigma_s * context.random.normal();
     }
+
+    fn reads_acceleration(&self) -> bool {
+        false
+    }
 }
 
 /// The entry of the catalogue.

@@ -46,6 +46,10 @@ impl Effect<Axis> for CommandLoss {
             store(last, &out.motion);
         }
     }
+
+    fn reads_acceleration(&self) -> bool {
+        false
+    }
 }
 
 fn store(numbers: &mut [f64], motion: &AxisMotion) {

@@ -24,6 +24,10 @@ impl Effect<Axis> for ContactGap {
     fn touch(&self, _context: Context<'_>, _seen: &Signals<Axis>, out: &mut AxisTouch) {
         out.depth_m -= self.gap_m;
     }
+
+    fn reads_acceleration(&self) -> bool {
+        false
+    }
 }
 
 /// The entry of the catalogue.

@@ -25,6 +25,10 @@ impl Effect<Axis> for ContactPreload {
             out.elastic += self.force_n;
         }
     }
+
+    fn reads_acceleration(&self) -> bool {
+        false
+    }
 }
 
 /// The entry of the catalogue.

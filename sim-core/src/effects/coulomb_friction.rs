@@ -24,6 +24,10 @@ impl Effect<Axis> for CoulombFriction {
     fn contact(&self, _context: Context<'_>, seen: &Signals<Axis>, out: &mut ContactForce<Axis>) {
         out.dissipative += self.force_n * libm::tanh(seen.touch.rate_m_per_s / self.smoothing_m_per_s);
     }
+
+    fn reads_acceleration(&self) -> bool {
+        false
+    }
 }
 
 /// The entry of the catalogue.

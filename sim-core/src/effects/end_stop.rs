@@ -26,6 +26,10 @@ impl Effect<Axis> for EndStop {
     fn contact(&self, _context: Context<'_>, seen: &Signals<Axis>, out: &mut ContactForce<Axis>) {
         out.elastic += self.stiffness_n_per_m * (seen.touch.depth_m - self.depth_m).max(0.0);
     }
+
+    fn reads_acceleration(&self) -> bool {
+        false
+    }
 }
 
 /// The entry of the catalogue.

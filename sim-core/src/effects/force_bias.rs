@@ -24,6 +24,10 @@ impl Effect<Axis> for ForceBias {
     fn sensed(&self, _context: Context<'_>, _seen: &Signals<Axis>, out: &mut f64) {
         *out += self.force_n;
     }
+
+    fn reads_acceleration(&self) -> bool {
+        false
+    }
 }
 
 /// The entry of the catalogue.

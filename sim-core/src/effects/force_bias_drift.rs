@@ -24,6 +24,10 @@ impl Effect<Axis> for ForceBiasDrift {
     fn sensed(&self, context: Context<'_>, _seen: &Signals<Axis>, out: &mut f64) {
         *out += self.rate_n_per_s * context.step.now.seconds();
     }
+
+    fn reads_acceleration(&self) -> bool {
+        false
+    }
 }
 
 /// The entry of the catalogue.

@@ -36,6 +36,10 @@ impl Effect<Axis> for ForceDelay {
         let steps = delay::steps(self.delay_s, context.step.dt.seconds());
         *out = delay::push_and_read(context.memory, *out, steps);
     }
+
+    fn reads_acceleration(&self) -> bool {
+        false
+    }
 }
 
 /// The entry of the catalogue.

@@ -60,6 +60,10 @@ impl Effect<Axis> for ForceLag {
         memory[1] = input;
         *out = memory[2];
     }
+
+    fn reads_acceleration(&self) -> bool {
+        false
+    }
 }
 
 /// The entry of the catalogue.

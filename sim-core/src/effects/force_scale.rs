@@ -27,6 +27,10 @@ impl Effect<Axis> for ForceScale {
     fn sensed(&self, _context: Context<'_>, _seen: &Signals<Axis>, out: &mut f64) {
         *out *= self.scale_ratio;
     }
+
+    fn reads_acceleration(&self) -> bool {
+        false
+    }
 }
 
 /// The entry of the catalogue.

@@ -28,6 +28,10 @@ impl Effect<Axis> for HuntCrossley {
             out.dissipative += self.damping_n_s_per_m2 * touch.depth_m * touch.rate_m_per_s;
         }
     }
+
+    fn reads_acceleration(&self) -> bool {
+        false
+    }
 }
 
 /// The entry of the catalogue.

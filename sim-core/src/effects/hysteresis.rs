@@ -44,6 +44,10 @@ impl Effect<Axis> for Hysteresis {
         context.memory[1] = depth_m;
         out.dissipative += self.force_n * context.memory[0];
     }
+
+    fn reads_acceleration(&self) -> bool {
+        false
+    }
 }
 
 /// The entry of the catalogue.

@@ -46,6 +46,10 @@ impl Effect<Axis> for MaxwellBranch {
         }
         out.dissipative += context.memory[0];
     }
+
+    fn reads_acceleration(&self) -> bool {
+        false
+    }
 }
 
 /// The entry of the catalogue.

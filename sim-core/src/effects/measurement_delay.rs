@@ -52,6 +52,10 @@ impl Effect<Axis> for MeasurementDelay {
         let [position_m, velocity_m_per_s, acceleration_m_per_s2, pitch_rad, pitch_rate_rad_per_s] = read;
         *out = AxisMotion { position_m, velocity_m_per_s, acceleration_m_per_s2, pitch_rad, pitch_rate_rad_per_s };
     }
+
+    fn reads_acceleration(&self) -> bool {
+        false
+    }
 }
 
 fn numbers(motion: &AxisMotion) -> [f64; LINES] {

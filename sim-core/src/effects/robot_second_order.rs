@@ -98,6 +98,10 @@ impl Effect<Axis> for RobotSecondOrder {
         let [pitch_rad, pitch_rate_rad_per_s, _] = self.follow(free, pitch, out.pitch_rad, dt_s);
         *out = AxisMotion { position_m, velocity_m_per_s, acceleration_m_per_s2, pitch_rad, pitch_rate_rad_per_s };
     }
+
+    fn reads_acceleration(&self) -> bool {
+        false
+    }
 }
 
 /// The entry of the catalogue.

@@ -24,6 +24,10 @@ impl Effect<Axis> for StiffnessHardening {
         let depth_m = seen.touch.depth_m;
         out.elastic += self.cubic_n_per_m3 * depth_m * depth_m * depth_m;
     }
+
+    fn reads_acceleration(&self) -> bool {
+        false
+    }
 }
 
 /// The entry of the catalogue.

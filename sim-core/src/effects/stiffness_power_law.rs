@@ -31,6 +31,10 @@ impl Effect<Axis> for StiffnessPowerLaw {
             out.elastic *= libm::pow(depth_m / REFERENCE_DEPTH_M, self.exponent - 1.0);
         }
     }
+
+    fn reads_acceleration(&self) -> bool {
+        false
+    }
 }
 
 /// The entry of the catalogue.

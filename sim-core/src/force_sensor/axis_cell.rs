@@ -41,13 +41,36 @@ impl SensorNoise {
     pub const NONE: SensorNoise = SensorNoise { white_n: 0.0, slow_n: 0.0, memory: 0.0, quantum_n: 0.0 };
 
     /// The sample that is read at a tick of the sensor; `slow_n` carries the slow part from sample to sample.
+    #[inline]
     pub fn sample(&self, analogue_n: f64, slow_n: &mut f64, random: &mut Stream) -> f64 {
-        if *self == SensorNoise::NONE {
-            return analogue_n;
+        if *self == SensorNoise::NONE { analogue_n } else { self.disturbed(analogue_n, slow_n, random) }
+    }
+
+    /// The same, drawing nothing for a part that is none.
+    #[inline]
+    pub(crate) fn drawn(&self, analogue_n: f64, slow_n: &mut f64, random: &mut Stream) -> f64 {
+        let mut reading_n = analogue_n;
+        if self.slow_n > 0.0 {
+            let fresh = libm::sqrt((1.0 - self.memory * self.memory).max(0.0));
+            *slow_n = self.memory * *slow_n + fresh * self.slow_n * random.normal();
+            reading_n += *slow_n;
         }
+        if self.white_n > 0.0 {
+            reading_n += self.white_n * random.normal();
+        }
+        self.rounded(reading_n)
+    }
+
+    #[inline]
+    fn rounded(&self, reading_n: f64) -> f64 {
+        if self.quantum_n > 0.0 { libm::round(reading_n / self.quantum_n) * self.quantum_n } else { reading_n }
+    }
+
+    /// The same as [`SensorNoise::sample`], for a noise that is known to be some.
+    #[inline]
+    pub(crate) fn disturbed(&self, analogue_n: f64, slow_n: &mut f64, random: &mut Stream) -> f64 {
         let fresh = libm::sqrt((1.0 - self.memory * self.memory).max(0.0));
         *slow_n = self.memory * *slow_n + fresh * self.slow_n * random.normal();
-        let reading_n = analogue_n + *slow_n + self.white_n * random.normal();
-        if self.quantum_n > 0.0 { libm::round(reading_n / self.quantum_n) * self.quantum_n } else { reading_n }
+        self.rounded(analogue_n + *slow_n + self.white_n * random.normal())
     }
 }

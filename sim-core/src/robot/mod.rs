@@ -1,5 +1,6 @@
 //! The robot: how the pose follows the commands that were received.
 
+use crate::refusal::Refusal;
 use crate::space::Space;
 
 mod rigid;
@@ -17,4 +18,12 @@ pub trait Robot<S: Space>: Send + Sync {
     fn accept(&self, state: &mut Self::State, due_s: f64, command: &S::Motion);
     /// The pose at `now_s`; times only grow from call to call.
     fn motion(&self, state: &mut Self::State, now_s: f64) -> S::Motion;
+    /// The same, for a run in which nothing reads the acceleration: it may be left out.
+    fn pose(&self, state: &mut Self::State, now_s: f64) -> S::Motion {
+        self.motion(state, now_s)
+    }
+    /// Refuses parameters that mean nothing.
+    fn check(&self) -> Result<(), Refusal> {
+        Ok(())
+    }
 }

@@ -6,9 +6,12 @@
 //! The averaging over two sensor periods was found from free-flight recordings with a known extra tool mass, where it leaves
 //! 0.0855 N of a noise of 0.0853 N; the instantaneous velocity leaves 0.228 N.
 //!
+//! A line is worked out once, when its end is accepted; a step only asks how far along it the time is.
+//!
 //! Not modelled: bandwidth, resonance, saturation. These are effects.
 
 use super::Robot;
+use crate::refusal::{Refusal, positive};
 use crate::space::{Path, Space};
 
 /// How many commands it remembers: enough for 200 ms of dead time at 4 ms.
@@ -23,49 +26,71 @@ pub struct StraightLine {
     pub averaging_s: f64,
 }
 
-/// The commands that still matter, as a ring of knots.
+/// How many times a step asks for: now, one averaging ago, one corner ago, both ago.
+const TIMES: usize = 4;
+
+/// A command, and the line that leads on from it once its end is known.
+#[derive(Debug, Clone, Copy)]
+struct Knot<S: Space> {
+    due_s: f64,
+    motion: S::Motion,
+    duration_s: f64,
+    line: <S::Motion as Path>::Line,
+}
+
+/// The commands that still matter, as a ring of knots, and the line that each time of a step is on: times only grow, so that
+/// most steps find it here.
 #[derive(Debug, Clone)]
 pub struct StraightLineState<S: Space> {
-    due_s: [f64; KNOTS],
-    motion: [S::Motion; KNOTS],
+    ring: [Knot<S>; KNOTS],
     /// How many knots were ever put in.
     count: usize,
-    /// The segment that held the last time asked for: it runs from knot `cursor` to the next one.
-    cursor: usize,
+    cursors: [Cursor<S>; TIMES],
+}
+
+/// The line that a time is on.
+#[derive(Debug, Clone, Copy)]
+struct Cursor<S: Space> {
+    from_s: f64,
+    duration_s: f64,
+    until_s: f64,
+    line: <S::Motion as Path>::Line,
+    /// The knot from which the line leads on.
+    knot: usize,
 }
 
 impl<S: Space> StraightLineState<S> {
-    fn at(&self, knot: usize) -> (f64, &S::Motion) {
-        (self.due_s[knot % KNOTS], &self.motion[knot % KNOTS])
-    }
-
-    fn oldest(&self) -> usize {
-        self.count.saturating_sub(KNOTS)
-    }
-
-    /// The knot at or before `time_s`, searched from `near`.
-    fn segment(&self, time_s: f64, near: usize) -> usize {
-        let mut knot = near.clamp(self.oldest(), self.count - 1);
-        while knot + 1 < self.count && self.due_s[(knot + 1) % KNOTS] < time_s {
+    /// Finds the line that the time at place `i` is on. A corner belongs to the line that ends there. Beyond the newest command
+    /// that one is held; before the oldest the robot came in along its velocity: such a line is good for this time alone.
+    fn find(&mut self, i: usize, time_s: f64) {
+        let mut knot = self.cursors[i].knot.max(self.count.saturating_sub(KNOTS));
+        while knot + 1 < self.count && self.ring[(knot + 1) % KNOTS].due_s < time_s {
             knot += 1;
         }
-        while knot > self.oldest() && self.due_s[knot % KNOTS] >= time_s {
-            knot -= 1;
-        }
-        knot
+        let at = &self.ring[knot % KNOTS];
+        self.cursors[i] = if knot + 1 == self.count || time_s < at.due_s {
+            let line = S::Motion::held(&at.motion.coasted((time_s - at.due_s).min(0.0)));
+            Cursor { from_s: time_s, duration_s: 1.0, until_s: f64::NEG_INFINITY, line, knot }
+        } else {
+            let until_s = self.ring[(knot + 1) % KNOTS].due_s;
+            Cursor { from_s: at.due_s, duration_s: at.duration_s, until_s, line: at.line, knot }
+        };
     }
 
-    /// The pose at `time_s`; a corner belongs to the line that ends there.
-    fn pose(&self, time_s: f64, near: usize) -> S::Motion {
-        let knot = self.segment(time_s, near);
-        let (from_s, from) = self.at(knot);
-        if knot + 1 == self.count || time_s < from_s {
-            // Beyond the newest command it holds; before the oldest it comes in along the first line.
-            let outside_s = if time_s < from_s { time_s - from_s } else { 0.0 };
-            return from.coasted(outside_s);
+    /// The line that the time at place `i` is on, and the share of it.
+    #[inline]
+    fn on(&mut self, i: usize, time_s: f64) -> (&<S::Motion as Path>::Line, f64) {
+        if time_s > self.cursors[i].until_s {
+            self.find(i, time_s);
         }
-        let (to_s, to) = self.at(knot + 1);
-        S::Motion::on_line(from, to, (time_s - from_s) / (to_s - from_s), to_s - from_s)
+        let at = &self.cursors[i];
+        (&at.line, (time_s - at.from_s) / at.duration_s)
+    }
+
+    #[inline]
+    fn place(&mut self, i: usize, time_s: f64) -> <S::Motion as Path>::Place {
+        let (line, share) = self.on(i, time_s);
+        S::Motion::place_on(line, share)
     }
 }
 
@@ -73,27 +98,43 @@ impl<S: Space> Robot<S> for StraightLine {
     type State = StraightLineState<S>;
 
     fn start(&self, first: &S::Motion, due_s: f64) -> StraightLineState<S> {
-        StraightLineState { due_s: [due_s; KNOTS], motion: [*first; KNOTS], count: 1, cursor: 0 }
+        let line = S::Motion::held(first);
+        let cursor = Cursor { from_s: due_s, duration_s: 1.0, until_s: f64::NEG_INFINITY, line, knot: 0 };
+        let knot = Knot { due_s, motion: *first, duration_s: 0.0, line };
+        StraightLineState { ring: [knot; KNOTS], count: 1, cursors: [cursor; TIMES] }
     }
 
+    #[inline]
     fn accept(&self, state: &mut StraightLineState<S>, due_s: f64, command: &S::Motion) {
-        let slot = state.count % KNOTS;
-        let newest_s = state.due_s[(state.count + KNOTS - 1) % KNOTS];
+        let newest = &mut state.ring[(state.count + KNOTS - 1) % KNOTS];
         // Packets never overtake: one that is late by less than its predecessor waits for it.
-        state.due_s[slot] = due_s.max(newest_s + 1e-9);
-        state.motion[slot] = *command;
+        let due_s = due_s.max(newest.due_s + 1e-9);
+        newest.duration_s = due_s - newest.due_s;
+        newest.line = S::Motion::line(&newest.motion, command, newest.duration_s);
+        let next = &mut state.ring[state.count % KNOTS];
+        (next.due_s, next.motion) = (due_s, *command);
         state.count += 1;
     }
 
+    #[inline(always)]
     fn motion(&self, state: &mut StraightLineState<S>, now_s: f64) -> S::Motion {
-        state.cursor = state.segment(now_s, state.cursor);
-        let near = state.cursor;
-        let now = state.pose(now_s, near);
-        let mean = |end: &S::Motion, end_s: f64| {
-            S::Motion::on_line(&state.pose(end_s - self.averaging_s, near), end, 1.0, self.averaging_s)
-        };
         let before_s = now_s - self.corner_s;
-        let before = state.pose(before_s, near);
-        now.with_acceleration(&mean(&now, now_s), &mean(&before, before_s), self.corner_s)
+        let now = Robot::<S>::pose(self, state, now_s);
+        let mean_now = (now.place() - state.place(1, now_s - self.averaging_s)) / self.averaging_s;
+        let before = state.place(2, before_s);
+        let mean_before = (before - state.place(3, before_s - self.averaging_s)) / self.averaging_s;
+        now.accelerated((mean_now - mean_before) / self.corner_s)
+    }
+
+    #[inline(always)]
+    fn pose(&self, state: &mut StraightLineState<S>, now_s: f64) -> S::Motion {
+        let (line, share) = state.on(0, now_s);
+        S::Motion::on(line, share)
+    }
+
+    fn check(&self) -> Result<(), Refusal> {
+        positive("corner_s", self.corner_s, "s")?;
+        positive("averaging_s", self.averaging_s, "s")?;
+        Ok(())
     }
 }

@@ -10,6 +10,9 @@ use crate::readout::Readout;
 use crate::robot::{Rigid, Robot, StraightLine};
 use crate::space::{Axis, Space};
 
+mod docking_space;
+pub use docking_space::DockingSpace;
+
 /// One part for each wire; static dispatch, so that the compiler checks the wiring.
 pub trait Rig<S: Space>: Send + Sync {
     /// Satellites, or whatever is pushed.

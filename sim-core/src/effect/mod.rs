@@ -4,6 +4,7 @@
 //! rewrites its own: it implements the method named after that wire, and no other. It is called with the part's fresh output,
 //! so that nothing adds up while an output is held. Its memory is a slice of numbers, which can be copied and stored.
 
+use crate::refusal::{Refusal, positive};
 use crate::rng::Stream;
 use crate::signals::{ContactForce, Received, Signals, Wire};
 use crate::space::Space;
@@ -13,6 +14,9 @@ use alloc::boxed::Box;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 use serde::{Deserialize, Serialize};
+
+mod along;
+pub use along::{catalog_along, kind_along};
 
 /// The clocks of a run. Every period is a whole number of physics steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,6 +31,24 @@ pub struct Rates {
     pub sensor_period: Nanos,
     /// First tick of the force sensor; the phase between the two clocks is worth up to one tick of delay.
     pub sensor_phase: Nanos,
+}
+
+impl Rates {
+    /// Refuses a physics step that does not divide every period and phase.
+    pub fn check(&self) -> Result<(), Refusal> {
+        let (name, value, unit) = ("physics_step_s", self.physics_step.seconds(), "s");
+        positive(name, value, unit)?;
+        let clocks = [
+            (self.loop_period, "does not divide the period of the loop"),
+            (self.loop_phase, "does not divide the phase of the loop"),
+            (self.sensor_period, "does not divide the period of the sensor"),
+            (self.sensor_phase, "does not divide the phase of the sensor"),
+        ];
+        match clocks.iter().find(|(time, _)| time.0 % self.physics_step.0 != 0) {
+            Some(&(_, limit)) => Err(Refusal { name, value, unit, limit }),
+            None => Ok(()),
+        }
+    }
 }
 
 /// What an effect may use besides the signals.
@@ -61,6 +83,10 @@ pub trait Effect<S: Space>: Send + Sync {
     fn contact(&self, _context: Context<'_>, _seen: &Signals<S>, _out: &mut ContactForce<S>) {}
     /// Rewrites the sensor's analogue reading, at each physics step.
     fn sensed(&self, _context: Context<'_>, _seen: &Signals<S>, _out: &mut S::Wrench) {}
+    /// Whether it looks at an acceleration; an effect that says no spares a run its computation.
+    fn reads_acceleration(&self) -> bool {
+        true
+    }
     /// By how much the recorder's stamps of the force stream are late against the robot's stream, in s.
     fn stamp_offset_s(&self) -> f64 {
         0.0
