@@ -24,9 +24,9 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 /// Rounding of the recorded force, as the recorded cells have it.
-const FORCE_QUANTUM_N: f64 = 1e-3;
+pub(crate) const FORCE_QUANTUM_N: f64 = 1e-3;
 /// Rounding of the recorded position, as the recorded cells have it.
-const POSITION_QUANTUM_M: f64 = 1e-6;
+pub(crate) const POSITION_QUANTUM_M: f64 = 1e-6;
 /// What is left of the slow part of the noise after one sample, as the recorded cells declare it.
 const SLOW_MEMORY: f64 = 0.95;
 /// Where the robot waits and is excited: far from contact.

@@ -48,6 +48,9 @@ struct Schema {
     /// The schema of maps instead: topics, units and conventions of recordings.
     #[arg(long)]
     map: bool,
+    /// The schema of models with six axes instead.
+    #[arg(long, conflicts_with = "map")]
+    space: bool,
 }
 
 #[derive(Debug, Args)]
@@ -61,10 +64,15 @@ impl Arguments {
     pub fn run(&self, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Exit, Error> {
         match &self.verb {
             Verb::Init(init) => init.run(catalog, console)?,
-            Verb::Schema(Schema { map: true }) => {
+            Verb::Schema(Schema { map: true, .. }) => {
                 console.print(&format!("{:#}\n", schemars::schema_for!(Map).to_value()));
             }
-            Verb::Schema(Schema { map: false }) => console.print(&format!("{:#}\n", model::schema(catalog))),
+            Verb::Schema(Schema { space: true, .. }) => {
+                console.print(&format!("{:#}\n", model::space_schema(catalog)));
+            }
+            Verb::Schema(Schema { map: false, space: false }) => {
+                console.print(&format!("{:#}\n", model::schema(catalog)))
+            }
             Verb::Check(check) => {
                 let model = inputs::model(&check.model, catalog)?;
                 console.print(&format!("{}: {}\n", check.model.display(), in_short(&model)));

@@ -57,17 +57,15 @@ impl Arguments {
             console.error(&did_nothing(&ran.idle).file(&source.file));
             return Ok(Exit::Idle);
         }
-        let verdicts =
-            judge::judged(&ran.scenario.criteria, &ran.trace, &judge::known(&ran.model, ran.model.plant.mass_kg));
         let bytes = ran.mcap(&source)?;
         let sha256 = sha256_hex(&bytes);
         let written = self.output.as_ref().map(|path| (path.display().to_string(), format!("sha256 {sha256}")));
-        let page = page::page(&ran, &verdicts, &console.command, &written.clone().into_iter().collect::<Vec<_>>());
+        let page = page::page(&ran, &console.command, &written.clone().into_iter().collect::<Vec<_>>());
         if let Some(path) = &self.output {
             write_whole(path, &bytes)?;
         }
         if let Some(path) = &self.outputs.json {
-            let mut answer = ran.answer(&verdicts);
+            let mut answer = ran.answer();
             answer["recording"] = written.map_or(json!(null), |(file, _)| json!({ "file": file, "sha256": sha256 }));
             console.save(path, &format!("{answer:#}\n"))?;
         }
@@ -77,7 +75,7 @@ impl Arguments {
         if !self.outputs.json_only() {
             console.print(&text(&page, TEXT_WIDTH));
         }
-        Ok(exit(&verdicts))
+        Ok(exit(&ran.verdicts))
     }
 
     /// Refuses now what could not be written later.

@@ -1,7 +1,7 @@
 //! What a number of a model may be.
 
 use super::effects::{List, check_effects};
-use super::{Model, RigKind, place};
+use super::{Model, RigKind, TimingModel, place};
 use crate::error::Error;
 use serde::de::DeserializeOwned;
 use sim_core::compensator::DelayCompensation;
@@ -42,6 +42,55 @@ pub fn parsed<T: DeserializeOwned>(name: &str, text: &str, schema: &str) -> Resu
     })
 }
 
+/// A time that no rig can have.
+pub(super) struct TimingFault {
+    pub key: &'static str,
+    pub value: f64,
+    pub limit: String,
+    pub help: &'static str,
+}
+
+impl TimingModel {
+    /// Refuses clocks that do not go together; `is_driven` by a robot that draws straight lines to its commands.
+    pub(super) fn check(&self, is_driven: bool) -> Result<(), TimingFault> {
+        let fault = |key, value, limit, help| Err(TimingFault { key, value, limit, help });
+        let times = [
+            ("timing.loop_period_s", self.loop_period_s),
+            ("timing.sensor_period_s", self.sensor_period_s),
+            ("timing.physics_step_s", self.physics_step_s),
+            ("timing.command_delay_s", self.command_delay_s),
+            ("timing.measurement_delay_s", self.measurement_delay_s),
+        ];
+        for (key, value) in times {
+            if !(value >= 0.0 && value <= TIME_MAX_S) {
+                return fault(
+                    key,
+                    value,
+                    format!("is outside [0, {TIME_MAX_S}]"),
+                    "give the value in the unit of the key",
+                );
+            }
+        }
+        if self.physics_step_s < STEP_MIN_S {
+            let limit = format!("is below {STEP_MIN_S}");
+            return fault("timing.physics_step_s", self.physics_step_s, limit, "a millisecond or less is fine enough");
+        }
+        if is_driven && self.command_delay_s < self.loop_period_s {
+            let help = "the robot draws a straight line to a command that it must know: give at least one loop period";
+            let limit = format!("is shorter than one loop period, {} s", self.loop_period_s);
+            return fault("timing.command_delay_s", self.command_delay_s, limit, help);
+        }
+        for (key, period_s) in &times[..2] {
+            let ratio = period_s / self.physics_step_s;
+            if (ratio - ratio.round()).abs() > 1e-6 || ratio < 0.5 {
+                let limit = format!("is not a whole number of physics steps of {} s", self.physics_step_s);
+                return fault(key, *period_s, limit, "choose a physics_step_s that divides every period");
+            }
+        }
+        Ok(())
+    }
+}
+
 impl Model {
     pub(super) fn check(&self, name: &str, text: &str, catalog: &Catalog<Axis>) -> Result<(), Error> {
         let refuse = |key: &str, value: f64, limit: &str, help: &str| {
@@ -67,33 +116,8 @@ impl Model {
                 return refuse(key, value, &limit, "give the value in the unit of the key");
             }
         }
-        let timing = &self.timing;
-        if timing.physics_step_s < STEP_MIN_S {
-            let limit = format!("is below {STEP_MIN_S}");
-            return refuse(
-                "timing.physics_step_s",
-                timing.physics_step_s,
-                &limit,
-                "a millisecond or less is fine enough",
-            );
-        }
-        if self.rig == RigKind::Docking && timing.command_delay_s < timing.loop_period_s {
-            let limit = format!("is shorter than one loop period, {} s", timing.loop_period_s);
-            return refuse(
-                "timing.command_delay_s",
-                timing.command_delay_s,
-                &limit,
-                "the robot draws a straight line to a command that it must know: give at least one loop period",
-            );
-        }
-        for (key, period_s) in
-            [("timing.loop_period_s", timing.loop_period_s), ("timing.sensor_period_s", timing.sensor_period_s)]
-        {
-            let ratio = period_s / timing.physics_step_s;
-            if (ratio - ratio.round()).abs() > 1e-6 {
-                let limit = format!("is not a whole number of physics steps of {} s", timing.physics_step_s);
-                return refuse(key, period_s, &limit, "choose a physics_step_s that divides every period");
-            }
+        if let Err(fault) = self.timing.check(self.rig == RigKind::Docking) {
+            return refuse(fault.key, fault.value, &fault.limit, fault.help);
         }
         self.check_parts(name, text)?;
         check_effects(&List { effects: &self.effects.iter().collect::<Vec<_>>(), rig: self.rig, name, text, catalog })

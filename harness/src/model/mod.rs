@@ -19,6 +19,7 @@ mod init;
 mod parts;
 pub(crate) mod place;
 mod schema;
+mod space;
 mod text;
 pub use check::parsed;
 pub use edit::{Editor, EffectText};
@@ -28,7 +29,9 @@ pub use init::from_session;
 pub(crate) use parts::Parts;
 pub use parts::{Device, LawModel, ReleaseModel};
 pub(crate) use schema::effect_schemas;
-pub use schema::schema;
+pub use schema::{schema, space_schema};
+pub use space::{BodyModel, GeometryModel, SpaceModel};
+pub(crate) use space::{turn, vector};
 
 /// A whole model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

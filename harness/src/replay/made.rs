@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::model::Chosen;
 use crate::recording::{Kind, Role, Session};
 use crate::scenario::Fault;
-use crate::scenario::run::{traced, within_the_hall};
+use crate::scenario::axis::{traced, within_the_hall};
 use crate::simulate::{self, Label};
 use sim_core::closed_loop::{Clamps, Start};
 use sim_core::effect::Attached;

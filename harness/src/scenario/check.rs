@@ -15,6 +15,8 @@ const TICKS_MIN: f64 = 20.0;
 const DISTANCE_MAX_M: f64 = 25.0;
 /// Fastest start, in m/s; docking is a hundred times slower.
 const SPEED_MAX_M_PER_S: f64 = 10.0;
+/// Fastest turn of a satellite, in rad/s; a tumbling one turns a tenth as fast.
+const RATE_MAX_RAD_PER_S: f64 = 1.0;
 /// Last date that a ROS stamp can hold, in s.
 const EPOCH_MAX_S: u64 = 2_147_483_647 - 3600;
 
@@ -47,6 +49,19 @@ impl Scenario {
         ];
         for (key, components, limit, unit) in limits {
             if let Some(value) = components.vector().into_iter().find(|value| value.is_nan() || value.abs() > limit) {
+                let what = format!("{key} = {value} {unit} is outside [-{limit}, {limit}]");
+                return refuse(key, what, "give the value in the unit of the key");
+            }
+        }
+        let vectors = [
+            ("start.turn_rad", self.start.turn_rad, std::f64::consts::PI, "rad"),
+            ("start.rate_rad_per_s", self.start.rate_rad_per_s, RATE_MAX_RAD_PER_S, "rad/s"),
+            ("start.target_velocity_m_per_s", self.start.target_velocity_m_per_s, SPEED_MAX_M_PER_S, "m/s"),
+            ("start.target_rate_rad_per_s", self.start.target_rate_rad_per_s, RATE_MAX_RAD_PER_S, "rad/s"),
+        ];
+        for (key, vector, limit, unit) in vectors {
+            let wrong = |value: &f64| value.is_nan() || value.abs() > limit;
+            if let Some(value) = vector.into_iter().flatten().find(wrong) {
                 let what = format!("{key} = {value} {unit} is outside [-{limit}, {limit}]");
                 return refuse(key, what, "give the value in the unit of the key");
             }
@@ -105,10 +120,38 @@ impl Scenario {
                 return refuse(place::of_key(text, key), what, "give one number, along the axis of approach");
             }
         }
+        let only_in_space = [
+            ("start.turn_rad", self.start.turn_rad),
+            ("start.rate_rad_per_s", self.start.rate_rad_per_s),
+            ("start.target_velocity_m_per_s", self.start.target_velocity_m_per_s),
+            ("start.target_rate_rad_per_s", self.start.target_rate_rad_per_s),
+        ];
+        if let Some((key, _)) = only_in_space.iter().find(|(_, value)| value.is_some()) {
+            let what = format!("{key} is there, and the model {} has one axis", self.model);
+            return refuse(
+                place::of_key(text, key),
+                what,
+                "leave it out, or name a model with rig = \"docking-space\"",
+            );
+        }
+        self.check_faults(source, &model.effects, catalog)
+    }
+
+    /// The faults, beside the effects of the model.
+    pub(super) fn check_faults(
+        &self,
+        source: &Source,
+        own: &[EffectModel],
+        catalog: &Catalog<Axis>,
+    ) -> Result<(), Error> {
+        let (file, text) = (source.file.display().to_string(), source.text.as_str());
+        let refuse = |span: std::ops::Range<usize>, what: String, help: &str| {
+            Err(Error::new(what).file(&file).span(text, span).help(help.to_owned()))
+        };
         let faults: Vec<&EffectModel> = self.faults.iter().map(|fault| &fault.effect).collect();
-        check_effects(&List { effects: &faults, rig: model.rig, name: &file, text, catalog })?;
+        check_effects(&List { effects: &faults, rig: RigKind::Docking, name: &file, text, catalog })?;
         for (nth, fault) in self.faults.iter().enumerate() {
-            let twice = model.effects.iter().any(|effect| effect.enabled && effect.id == fault.effect.id);
+            let twice = own.iter().any(|effect| effect.enabled && effect.id == fault.effect.id);
             let kind = catalog.get(&fault.effect.id);
             let stamps = kind.is_some_and(|kind| kind.wires.contains(&Wire::Recorder));
             let at = |key| place::in_effect(text, nth, key);

@@ -5,9 +5,10 @@
 
 use super::FaultModel;
 use crate::model::Chosen;
-use sim_core::effect::{Attached, Catalog, Context, Effect, Rates};
+use sim_core::effect::{Attached, Catalog, Context, Effect, Kind, Rates, kind_along};
 use sim_core::signals::{ContactForce, Received, Signals};
-use sim_core::space::{Axis, AxisMotion, AxisTouch};
+use sim_core::space::{Axis, AxisMotion, AxisTouch, Spatial};
+use std::sync::Arc;
 
 /// An effect with its values, and when it acts.
 #[derive(Debug, Clone)]
@@ -42,16 +43,23 @@ impl Fault {
 
     /// Ready to run.
     pub fn attach(&self) -> Attached<Axis> {
-        let attached = self.chosen.attach();
+        self.kind().attach(&self.chosen.values)
+    }
+
+    /// Ready to run with six axes, along z.
+    pub fn attach_along(&self) -> Attached<Spatial> {
+        kind_along(&self.kind()).attach(&self.chosen.values)
+    }
+
+    /// The kind of effect, acting while the fault does.
+    fn kind(&self) -> Kind<Axis> {
+        let kind = self.chosen.kind.clone();
         if self.from_s.is_none() && self.until_s.is_none() {
-            return attached;
+            return kind;
         }
-        let timed = Timed {
-            inner: attached.effect,
-            from_s: self.from_s.unwrap_or(f64::NEG_INFINITY),
-            until_s: self.until_s.unwrap_or(f64::INFINITY),
-        };
-        Attached { effect: Box::new(timed), ..attached }
+        let (from_s, until_s) = (self.from_s.unwrap_or(f64::NEG_INFINITY), self.until_s.unwrap_or(f64::INFINITY));
+        let build = kind.build.clone();
+        Kind { build: Arc::new(move |values| Box::new(Timed { inner: build(values), from_s, until_s })), ..kind }
     }
 }
 
@@ -108,6 +116,9 @@ impl Effect<Axis> for Timed {
     }
     fn sensed(&self, context: Context<'_>, seen: &Signals<Axis>, out: &mut f64) {
         self.work(context, out, |context, out| self.inner.sensed(context, seen, out));
+    }
+    fn reads_acceleration(&self) -> bool {
+        self.inner.reads_acceleration()
     }
     fn stamp_offset_s(&self) -> f64 {
         self.inner.stamp_offset_s()

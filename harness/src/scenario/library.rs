@@ -2,7 +2,7 @@
 
 use super::Scenario;
 use crate::error::Error;
-use crate::model::Model;
+use crate::model::{Model, SpaceModel};
 use fixtures::{SCENARIO_MODELS, SCENARIOS};
 use sim_core::effect::Catalog;
 use sim_core::space::Axis;
@@ -72,6 +72,17 @@ impl Source {
             model_text: model.text.to_owned(),
             is_embedded: true,
         })
+    }
+
+    /// The same for a model with six axes.
+    ///
+    /// # Errors
+    /// When one of the two is wrong, or they do not go together.
+    pub fn parse_space(&self, catalog: &Catalog<Axis>) -> Result<(Scenario, SpaceModel), Error> {
+        let scenario = Scenario::parse(&self.file.display().to_string(), &self.text)?;
+        let model = SpaceModel::parse(&self.model_file.display().to_string(), &self.model_text, catalog)?;
+        scenario.check_faults(self, &model.effects, catalog)?;
+        Ok((scenario, model))
     }
 
     /// The model's file as the scenario names it.

@@ -10,6 +10,7 @@
 //!                           └────→ recording (.mcap) → compare, diagnose, replay
 //! ```
 
+pub(crate) mod axis;
 mod check;
 mod fault;
 pub mod judge;
@@ -17,6 +18,7 @@ mod library;
 pub mod page;
 pub mod run;
 mod schema;
+mod space;
 
 pub use fault::{Fault, acting};
 pub use library::{Source, embedded};
@@ -27,6 +29,7 @@ use crate::model::{EffectModel, parsed};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use sim_core::criterion::AnyCriterion;
+use sim_core::time::Nanos;
 use std::collections::BTreeMap;
 
 /// A whole scenario.
@@ -71,6 +74,18 @@ pub struct StartModel {
     pub position_m: Components,
     /// Velocity of the probe; positive z closes the gap.
     pub velocity_m_per_s: Components,
+    /// How the probe is turned against the nozzle: axis times angle, in the nozzle frame. Six axes only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub turn_rad: Option<[f64; 3]>,
+    /// How the probe turns against the nozzle, in the nozzle frame. Six axes only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rate_rad_per_s: Option<[f64; 3]>,
+    /// Velocity of the target, global. Six axes only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub target_velocity_m_per_s: Option<[f64; 3]>,
+    /// How the target tumbles, in its own axes. Six axes only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub target_rate_rad_per_s: Option<[f64; 3]>,
 }
 
 /// A number along the axis of approach, or a vector in the nozzle frame.
@@ -120,6 +135,17 @@ fn epoch_s() -> u64 {
 }
 
 impl Scenario {
+    /// Date of the first sample, in ns. The check has made sure that it fits.
+    fn start_ns(&self) -> i64 {
+        self.epoch_s as i64 * 1_000_000_000
+    }
+
+    /// The end of the run: a whole number of ticks of the loop.
+    fn until(&self, loop_period: Nanos) -> Nanos {
+        let ticks = libm::floor(self.duration_s / loop_period.seconds() + 1e-6) as i64;
+        Nanos(ticks * loop_period.0)
+    }
+
     /// Reads a scenario from text; `name` stands in errors. What depends on the model is checked when the two meet.
     pub fn parse(name: &str, text: &str) -> Result<Self, Error> {
         let scenario: Scenario = parsed(name, text, "dockhil run --schema")?;

@@ -2,12 +2,12 @@
 
 use super::run::Ran;
 use crate::report::story::words::{Scale, counted};
-use crate::report::{Column, Curve, Page, Panel, PlotGroup, Role, Row, Section, Table, Tone, XyCurve, XyPlot};
+use crate::report::{Column, Curve, Page, Panel, PlotGroup, Role, Row, Section, Table, Tone};
 use sim_core::criterion::{Outcome, Verdict};
 
 /// Digits of a value, a limit and a margin.
 const DIGITS: i32 = 4;
-const MM_PER_M: f64 = 1e3;
+pub(super) const MM_PER_M: f64 = 1e3;
 const PANEL_HEIGHT_PX: u32 = 220;
 
 /// Columns of a heading: words to the left, numbers to the right.
@@ -110,8 +110,8 @@ pub(crate) fn summary(verdicts: &[Verdict]) -> String {
 }
 
 /// The page of a run. `command` makes it again; `files` are what was written.
-pub fn page(ran: &Ran, verdicts: &[Verdict], command: &str, files: &[(String, String)]) -> Page {
-    let scenario = &ran.scenario;
+pub fn page(ran: &Ran, command: &str, files: &[(String, String)]) -> Page {
+    let (scenario, verdicts) = (&ran.scenario, ran.verdicts.as_slice());
     let mut sentences: Vec<String> = scenario.about.split('\n').map(str::trim).map(str::to_owned).collect();
     sentences.retain(|sentence| !sentence.is_empty());
     sentences.push(match ran.contact_s {
@@ -126,7 +126,7 @@ pub fn page(ran: &Ran, verdicts: &[Verdict], command: &str, files: &[(String, St
     let mut provenance = vec![
         ("program".to_owned(), format!("dockhil {}", env!("CARGO_PKG_VERSION"))),
         (format!("scenario {}", scenario.name), format!("sha256 {scenario_sha256}")),
-        (format!("model {}", ran.model.name), format!("sha256 {model_sha256}")),
+        (format!("model {}", ran.model), format!("sha256 {model_sha256}")),
         ("seed".to_owned(), scenario.seed.to_string()),
         ("fingerprint".to_owned(), ran.fingerprint.clone()),
     ];
@@ -138,59 +138,17 @@ pub fn page(ran: &Ran, verdicts: &[Verdict], command: &str, files: &[(String, St
         sentences,
         command: command.to_owned(),
         heat: Vec::new(),
-        plots: vec![signals(ran)],
+        plots: ran.plots.clone(),
         charts: Vec::new(),
-        loops: force_over_depth(ran).into_iter().collect(),
+        loops: ran.loops.clone(),
         tables: verdict_tables(verdicts),
         ladder: None,
         provenance,
     }
 }
 
-fn signals(ran: &Ran) -> PlotGroup {
-    let trace = &ran.trace;
-    let loop_s: Vec<f64> = trace.loop_time.iter().map(|time| time.seconds()).collect();
-    let sensor_s: Vec<f64> = trace.sensor_time.iter().map(|time| time.seconds()).collect();
-    let bias_n = ran.model.sensor.bias_n;
-    let position = |motions: &[sim_core::space::AxisMotion]| -> Vec<f64> {
-        motions.iter().map(|motion| motion.position_m * MM_PER_M).collect()
-    };
-    let force = vec![
-        curve("felt by the sensor", Role::Measured, trace.sensed.iter().map(|reading| bias_n - reading)),
-        curve("at the interface", Role::Model, trace.interface.iter().copied()),
-    ];
-    let path = vec![
-        curve("commanded", Role::Model, position(&trace.commanded).into_iter()),
-        curve("reported", Role::Measured, position(&trace.measured).into_iter()),
-    ];
-    let speed = trace.after.iter().map(|motion| motion.velocity_m_per_s * MM_PER_M);
-    PlotGroup {
-        id: "run".to_owned(),
-        title: ran.scenario.name.clone(),
-        note: "Forces resist when positive; positions are penetrations of the nominal contact plane.".to_owned(),
-        panels: vec![
-            panel("force in N", sensor_s, force),
-            panel("position in mm", loop_s.clone(), path),
-            panel("velocity in mm/s", loop_s, vec![curve("satellites", Role::Model, speed)]),
-        ],
-        contact: ran.contact_s,
-    }
-}
-
-fn force_over_depth(ran: &Ran) -> Option<XyPlot> {
-    let (first_s, last_s) = ran.contact_s?;
-    let trace = &ran.trace;
-    let inside = |tick: &usize| (first_s..=last_s).contains(&trace.sensor_time[*tick].seconds());
-    let ticks: Vec<usize> = (0..trace.sensor_time.len()).filter(inside).collect();
-    Some(XyPlot {
-        title: ran.scenario.name.clone(),
-        x_label: "penetration in mm".to_owned(),
-        y_label: "force in N".to_owned(),
-        curves: vec![XyCurve {
-            label: "at the interface".to_owned(),
-            role: Role::Model,
-            x: ticks.iter().map(|tick| trace.touch[*tick].depth_m * MM_PER_M).collect(),
-            y: ticks.iter().map(|tick| trace.interface[*tick]).collect(),
-        }],
-    })
+/// Panels over the time of a run.
+pub(super) fn over_time(title: &str, panels: Vec<Panel>, contact: Option<(f64, f64)>) -> PlotGroup {
+    let note = "Forces resist when positive; positions are penetrations of the nominal contact plane.".to_owned();
+    PlotGroup { id: "run".to_owned(), title: title.to_owned(), note, panels, contact }
 }

@@ -1,21 +1,17 @@
-//! Runs a scenario: two texts in; a trace, a recording and what it is made from out.
+//! Runs a scenario: two texts in; a recording, verdicts and curves out.
 //!
 //! Nothing is drawn but from the scenario's seed, and no clock is asked: the same two texts give the same bytes.
 
-use super::{Fault, Scenario, Source, acting};
-use crate::blocks::Cell;
+use super::{Fault, Scenario, Source, axis, space};
 use crate::error::Error;
 use crate::files::sha256_hex;
-use crate::model::{Chosen, Model, place};
+use crate::model::{SpaceModel, place};
 use crate::recording::{Kind, Luggage, Session, write_mcap_with};
-use crate::simulate::{self, Label};
-use sim_core::closed_loop::{Clamps, Start};
+use crate::report::{PlotGroup, XyPlot};
 use sim_core::criterion::Verdict;
-use sim_core::effect::{Attached, Catalog};
-use sim_core::rng::Streams;
-use sim_core::space::{Axis, AxisMotion};
-use sim_core::time::Nanos;
-use sim_core::trace::{Columns, Trace};
+use sim_core::effect::Catalog;
+use sim_core::space::{Axis, Space};
+use sim_core::trace::{Bits, Fingerprint, Trace};
 use std::collections::BTreeMap;
 
 /// Name of the metadata record that makes a recording of ours repeatable.
@@ -25,19 +21,17 @@ pub const SCENARIO_FILE: &str = "scenario.toml";
 /// Name of the attached model.
 pub const MODEL_FILE: &str = "model.toml";
 /// A pose beyond this has left the hall: what is cut off there ran away.
-const TRAVEL_MAX_M: f64 = 30.0;
+pub(crate) const TRAVEL_MAX_M: f64 = 30.0;
 
 /// What a run left behind.
 #[derive(Debug, Clone)]
 pub struct Ran {
     /// The scenario.
     pub scenario: Scenario,
-    /// Its model.
-    pub model: Model,
+    /// Name of its model.
+    pub model: String,
     /// SHA-256 of the scenario's text and of the model's.
     pub sha256: [String; 2],
-    /// Every wire, tick by tick.
-    pub trace: Trace<Axis>,
     /// What the recorder made of it.
     pub session: Session,
     /// Hash of the bits of the trace.
@@ -50,6 +44,12 @@ pub struct Ran {
     pub faults: Vec<String>,
     /// Ids of the faults without which the log would be the same.
     pub idle: Vec<String>,
+    /// What its criteria say, in their order.
+    pub verdicts: Vec<Verdict>,
+    /// Curves over time.
+    pub plots: Vec<PlotGroup>,
+    /// Force over penetration.
+    pub loops: Vec<XyPlot>,
 }
 
 /// Runs a scenario.
@@ -57,17 +57,10 @@ pub struct Ran {
 /// # Errors
 /// When the scenario or its model is wrong.
 pub fn run(source: &Source, catalog: &Catalog<Axis>) -> Result<Ran, Error> {
-    let (scenario, model) = source.parse(catalog)?;
-    let faults = acting(&scenario.faults, catalog);
-    let trace = traced(&scenario, &model, &faults, catalog);
-    let idle = idle(&scenario, &model, &faults, &trace, catalog);
-    let words = faults.iter().map(Fault::words).collect();
-    let fingerprint = trace.fingerprint().hex();
-    let (trace, ran_away_s) = within_the_hall(trace);
-    let contact_s = contact_s(&trace);
-    let mut session = recorded(&scenario, &model, &faults, &trace, contact_s.is_some(), catalog);
-    for (key, value) in &scenario.session {
-        if session.believed.insert(key.clone(), value.clone()).is_some() {
+    let is_space = SpaceModel::is_meant(&source.model_text);
+    let mut ran = if is_space { space::run(source, catalog)? } else { axis::run(source, catalog)? };
+    for (key, value) in &ran.scenario.session {
+        if ran.session.believed.insert(key.clone(), value.clone()).is_some() {
             let span = place::of_key(&source.text, &format!("session.{key}"));
             return Err(Error::new(format!("session.{key} is written by the run itself"))
                 .file(&source.file)
@@ -75,100 +68,65 @@ pub fn run(source: &Source, catalog: &Catalog<Axis>) -> Result<Ran, Error> {
                 .help("leave it out; the model says it"));
         }
     }
-    let sha256 = [&source.text, &source.model_text].map(|text| sha256_hex(text.as_bytes()));
-    Ok(Ran { scenario, model, sha256, trace, session, fingerprint, contact_s, ran_away_s, faults: words, idle })
+    ran.sha256 = [&source.text, &source.model_text].map(|text| sha256_hex(text.as_bytes()));
+    Ok(ran)
 }
 
-/// The run itself, with these faults beside the effects of the model.
-pub fn traced(scenario: &Scenario, model: &Model, faults: &[Fault], catalog: &Catalog<Axis>) -> Trace<Axis> {
-    let effects = model.chosen(catalog);
-    let attached: Vec<Attached<Axis>> =
-        effects.iter().map(Chosen::attach).chain(faults.iter().map(Fault::attach)).collect();
-    let rates = simulate::rates(model);
-    let ticks = libm::floor(scenario.duration_s / rates.loop_period.seconds() + 1e-6) as i64;
-    let start = Start {
-        first: AxisMotion::moving(scenario.start.position_m.along(), scenario.start.velocity_m_per_s.along()),
-        from: Nanos(0),
-        until: Nanos(ticks * rates.loop_period.0),
-        noise: simulate::noise(model),
-        streams: Streams::new(scenario.seed),
-    };
-    let mut trace = Trace::default();
-    Cell::of(model, model.plant.mass_kg).run(&attached, rates, &start, &Clamps::default(), Columns::LOG, &mut trace);
-    trace
-}
-
-/// The recording of a run, as its recorder would write it.
-fn recorded(
-    scenario: &Scenario,
-    model: &Model,
-    faults: &[Fault],
-    trace: &Trace<Axis>,
-    touched: bool,
-    catalog: &Catalog<Axis>,
-) -> Session {
-    let chosen = model.chosen(catalog);
-    let late_s = chosen.iter().chain(faults.iter().map(|fault| &fault.chosen));
-    let late_s: f64 = late_s.map(|chosen| chosen.attach().effect.stamp_offset_s()).sum();
-    let moved = scenario.start.velocity_m_per_s.along() != 0.0;
-    let kind = match (touched, moved) {
+/// What was done in a run.
+pub(super) fn kind(touched: bool, moved: bool) -> Kind {
+    match (touched, moved) {
         (true, _) => Kind::Impact,
         (false, true) => Kind::FreeFlight,
         (false, false) => Kind::Static,
-    };
-    // The date is below 2^31 s, which the scenario's check has made sure of.
-    let start_ns = scenario.epoch_s as i64 * 1_000_000_000;
-    let label = Label { name: &scenario.name, kind, start_ns };
-    simulate::written(model, &label, model.plant.mass_kg, trace, late_s, &Streams::new(scenario.seed))
+    }
 }
 
-/// The faults that changed nothing that a log would hold.
-fn idle(
-    scenario: &Scenario,
-    model: &Model,
-    faults: &[Fault],
-    trace: &Trace<Axis>,
-    catalog: &Catalog<Axis>,
-) -> Vec<String> {
+/// The faults without which a run leaves the same log.
+pub(super) fn idle<S: Space>(faults: &[Fault], trace: &Trace<S>, run: impl Fn(&[Fault]) -> Trace<S>) -> Vec<String>
+where
+    S::Motion: Bits,
+    S::Wrench: Bits,
+{
     let idle = |nth: &usize| {
-        let others: Vec<Fault> =
-            faults.iter().enumerate().filter(|(other, _)| other != nth).map(|(_, fault)| fault.clone()).collect();
-        let shifts_stamps = faults[*nth].chosen.attach().effect.stamp_offset_s() != 0.0;
-        !shifts_stamps && same_log(trace, &traced(scenario, model, &others, catalog))
+        let mut others = faults.to_vec();
+        let fault = others.remove(*nth);
+        let shifts_stamps = fault.attach().effect.stamp_offset_s() != 0.0;
+        !shifts_stamps && log_print(trace) == log_print(&run(&others))
     };
     (0..faults.len()).filter(idle).map(|nth| faults[nth].chosen.kind.id.to_string()).collect()
 }
 
-/// Whether two runs leave the same log, to the last bit.
-pub fn same_log(one: &Trace<Axis>, other: &Trace<Axis>) -> bool {
-    let bits = |motion: &AxisMotion| [motion.position_m.to_bits(), motion.velocity_m_per_s.to_bits()];
-    let motions = |trace: &Trace<Axis>| -> Vec<[u64; 2]> {
-        trace.commanded.iter().chain(&trace.measured).chain(&trace.after).map(bits).collect()
-    };
-    let forces = |trace: &Trace<Axis>| -> Vec<u64> { trace.sensed.iter().map(|force| force.to_bits()).collect() };
-    motions(one) == motions(other) && forces(one) == forces(other)
+/// A hash of the bits of what a log of this run would hold.
+fn log_print<S: Space>(trace: &Trace<S>) -> Fingerprint
+where
+    S::Motion: Bits,
+    S::Wrench: Bits,
+{
+    let mut print = Fingerprint::default();
+    let motions = [&trace.commanded, &trace.measured, &trace.after];
+    motions.into_iter().flatten().for_each(|motion| motion.take_into(&mut print));
+    trace.sensed.iter().for_each(|reading| reading.take_into(&mut print));
+    print
 }
 
 /// First and last penetration at a sample of the force sensor, in s.
-pub fn contact_s(trace: &Trace<Axis>) -> Option<(f64, f64)> {
-    let inside = |tick: &usize| trace.touch[*tick].depth_m > 0.0;
-    let mut ticks = (0..trace.touch.len()).filter(inside);
+pub(super) fn contact_s<S: Space>(trace: &Trace<S>, depth_m: impl Fn(&S::Touch) -> f64) -> Option<(f64, f64)> {
+    let mut ticks = (0..trace.touch.len()).filter(|tick| depth_m(&trace.touch[*tick]) > 0.0);
     let first = ticks.next()?;
     let last = ticks.next_back().unwrap_or(first);
     Some((trace.sensor_time[first].seconds(), trace.sensor_time[last].seconds()))
 }
 
-/// The trace up to where a pose leaves the hall or a number ceases to be one, and when that was.
-pub(crate) fn within_the_hall(mut trace: Trace<Axis>) -> (Trace<Axis>, Option<f64>) {
-    let stays = |motion: &AxisMotion| motion.position_m.is_finite() && motion.position_m.abs() <= TRAVEL_MAX_M;
-    let left = (0..trace.loop_time.len()).find(|&tick| {
-        !(stays(&trace.commanded[tick])
-            && stays(&trace.measured[tick])
-            && trace.after[tick].velocity_m_per_s.is_finite())
-    });
-    let left_at = left.map(|tick| trace.loop_time[tick]);
-    let blind = trace.sensed.iter().position(|reading| !reading.is_finite()).map(|tick| trace.sensor_time[tick]);
-    let Some(end) = left_at.into_iter().chain(blind).min() else { return (trace, None) };
+/// The trace up to where a motion is not inside the hall or a reading is no number, and when that was.
+pub(crate) fn cut<S: Space>(
+    mut trace: Trace<S>,
+    is_inside: impl Fn(&S::Motion) -> bool,
+    is_number: impl Fn(&S::Wrench) -> bool,
+) -> (Trace<S>, Option<f64>) {
+    let stays = |tick: usize| [&trace.commanded, &trace.measured, &trace.after].iter().all(|all| is_inside(&all[tick]));
+    let left = (0..trace.loop_time.len()).find(|tick| !stays(*tick)).map(|tick| trace.loop_time[tick]);
+    let blind = trace.sensed.iter().position(|reading| !is_number(reading)).map(|tick| trace.sensor_time[tick]);
+    let Some(end) = left.into_iter().chain(blind).min() else { return (trace, None) };
     let ticks = trace.loop_time.partition_point(|time| *time < end);
     let samples = trace.sensor_time.partition_point(|time| *time < end);
     trace.loop_time.truncate(ticks);
@@ -186,7 +144,7 @@ pub(crate) fn within_the_hall(mut trace: Trace<Axis>) -> (Trace<Axis>, Option<f6
 
 impl Ran {
     /// Everything that is not a signal, for JSON.
-    pub fn answer(&self, verdicts: &[Verdict]) -> serde_json::Value {
+    pub fn answer(&self) -> serde_json::Value {
         let [scenario_sha256, model_sha256] = &self.sha256;
         serde_json::json!({
             "schema": 1,
@@ -200,8 +158,8 @@ impl Ran {
             "contact_s": self.contact_s,
             "ran_away_s": self.ran_away_s,
             "faults": self.faults,
-            "verdicts": verdicts,
-            "outcome": super::judge::outcome(verdicts),
+            "verdicts": self.verdicts,
+            "outcome": super::judge::outcome(&self.verdicts),
         })
     }
 
