@@ -337,6 +337,7 @@ fn the_schema_is_current() {
     let all = [
         ("model-1.json", &["model", "schema"][..]),
         ("map-1.json", &["model", "schema", "--map"]),
+        ("model-space-1.json", &["model", "schema", "--space"]),
         ("scenario-1.json", &["run", "--schema"]),
     ];
     for (name, args) in all {
