@@ -149,7 +149,8 @@ fn with_the_command_clamped_only_what_lies_behind_it_changes() {
     let counts = differing(Path::new(&impact), &shell.path("o.mcap"));
     assert_eq!((counts[0], counts[2]), (0, 0), "command and satellites are the recording's");
     let samples = |place: usize| number(&streams[place]["samples"]) as usize;
-    assert!(counts[1] == samples(1) && counts[3] == samples(3), "{counts:?}");
+    // The model has no noise: now and then a recorded sample, rounded to a whole mN, hits its very number.
+    assert!(counts[1] == samples(1) && 100 * counts[3] > 99 * samples(3), "{counts:?}");
     // 8 ms at 42.5 mm/s are 0.34 mm, from the first sample on.
     let first = &streams[1]["first_by_faults"];
     let change = number(&first["new"]) - number(&first["old"]);
@@ -230,7 +231,7 @@ fn wrong_replays_are_refused_with_place_and_help() {
     for (args, words) in [
         (&["--with", "force-bais:force_n=0.3"][..], &["argument \"force-bais", "did you mean force-bias?"][..]),
         (&["--with", "force-bias"], &["effect force-bias lacks its parameter force_n", "a number in N"]),
-        (&["--with", "force-bias:force_n=300"], &["force_n = 300 N is outside"]),
+        (&["--with", "command-delay:delay_s=16"], &["delay_s = 16 s is outside"]),
         (&["--with", "force-bias:force=3"], &["effect force-bias has no parameter force"]),
         (&["--with", "force-bias:force_n=1", "--with", "force-bias:force_n=2"], &["force-bias is put in twice"]),
         (&["--clamp", "sensed", "--with", "force-bias:force_n=0.3"], &["acts on the wire sensed", "--clamp sensed"]),

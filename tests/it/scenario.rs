@@ -310,6 +310,11 @@ fn wrong_models_with_six_axes_are_refused_at_their_place() {
     assert_eq!(shell.run(&["run", "olev", "-o", "DIR/a.mcap"]).exit, 0);
     let ran = shell.run(&["replay", "DIR/a.mcap"]);
     assert!(ran.exit == 2 && ran.err.contains("was run with six axes"), "{}", ran.err);
+    assert_eq!(shell.run(&["run", "olev", "--extract", "DIR"]).exit, 0);
+    let ran = shell.run(&["model", "check", "DIR/models/olev.toml"]);
+    assert_eq!((ran.exit, ran.err.as_str()), (0, ""), "{}", ran.out);
+    let ran = shell.run(&["compare", "--model", "DIR/models/olev.toml", "DIR/a.mcap"]);
+    assert!(ran.exit == 2 && ran.err.contains("the model has six axes"), "{}", ran.err);
 }
 
 /// Runs a scenario with one line changed, and expects every one of `words` in the error, exit code 2, and no file.
@@ -352,8 +357,8 @@ fn wrong_scenarios_are_refused_with_file_place_value_and_limit() {
         ),
         (
             "[[criterion]]",
-            "[[effect]]\nid = \"force-bias\"\nforce_n = 300\n[[criterion]]",
-            &["force-bias.force_n = 300 N is outside"],
+            "[[effect]]\nid = \"command-delay\"\ndelay_s = 16\n[[criterion]]",
+            &["command-delay.delay_s = 16 s is outside"],
         ),
         (
             "[[criterion]]",

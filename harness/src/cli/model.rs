@@ -5,7 +5,7 @@ use super::inputs::{self, Reading};
 use super::outcome::Exit;
 use crate::error::Error;
 use crate::files::write_whole;
-use crate::model::{self, Model, RigKind};
+use crate::model::{self, Model, RigKind, SpaceModel};
 use crate::recording::{Map, read};
 use clap::{Args, Subcommand};
 use sim_core::effect::Catalog;
@@ -74,8 +74,14 @@ impl Arguments {
                 console.print(&format!("{:#}\n", model::schema(catalog)))
             }
             Verb::Check(check) => {
-                let model = inputs::model(&check.model, catalog)?;
-                console.print(&format!("{}: {}\n", check.model.display(), in_short(&model)));
+                let text = std::fs::read_to_string(&check.model).unwrap_or_default();
+                let name = check.model.display();
+                let short = if SpaceModel::is_meant(&text) {
+                    in_short_space(&SpaceModel::parse(&name.to_string(), &text, catalog)?)
+                } else {
+                    in_short(&inputs::model(&check.model, catalog)?)
+                };
+                console.print(&format!("{name}: {short}\n"));
             }
         }
         Ok(Exit::Pass)
@@ -96,6 +102,16 @@ impl Init {
         console.print(&format!("{}: written; {}\n", self.output.display(), in_short(&model)));
         Ok(())
     }
+}
+
+fn in_short_space(model: &SpaceModel) -> String {
+    format!(
+        "docking cell with six axes, {:.4} kg reduced along its axis, {} N/m, {} N s/m, effects: {}",
+        model.reduced_mass_kg(),
+        model.contact.stiffness_n_per_m,
+        model.contact.damping_n_s_per_m,
+        model.effects.len()
+    )
 }
 
 fn in_short(model: &Model) -> String {

@@ -62,7 +62,7 @@ impl TimingModel {
             ("timing.measurement_delay_s", self.measurement_delay_s),
         ];
         for (key, value) in times {
-            if !(value >= 0.0 && value <= TIME_MAX_S) {
+            if !(0.0..=TIME_MAX_S).contains(&value) {
                 return fault(
                     key,
                     value,

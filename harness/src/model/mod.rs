@@ -256,6 +256,13 @@ impl Model {
 
     /// Reads a model from text; `name` stands in errors.
     pub fn parse(name: &str, text: &str, catalog: &Catalog<Axis>) -> Result<Self, Error> {
+        if SpaceModel::is_meant(text) {
+            let span = place::of_key(text, "rig");
+            return Err(Error::new("the model has six axes, and this command works along one")
+                .file(name)
+                .span(text, span)
+                .help("run it as a scenario: dockhil run; a recording of that run gives a model along its axis: dockhil model init"));
+        }
         let model: Model = parsed(name, text, "dockhil model schema")?;
         model.check(name, text, catalog)?;
         Ok(model)

@@ -62,6 +62,7 @@ impl ReleaseModel {
 }
 
 /// A device, built.
+#[expect(clippy::large_enum_variant, reason = "one is made for each run, and taken apart before the run begins")]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Device {
     /// See [`SpringDashpot`].

@@ -106,12 +106,7 @@ impl Scenario {
             let what = format!("the model {} is a drive, and a scenario runs a docking cell", self.model);
             return refuse(place::of_key(text, "model"), what, "name a model with rig = \"docking\"");
         }
-        let least_s = TICKS_MIN * model.timing.loop_period_s;
-        if self.duration_s < least_s {
-            let what =
-                format!("duration_s = {} s is below {least_s} s, {TICKS_MIN} ticks of the loop", self.duration_s);
-            return refuse(place::of_key(text, "duration_s"), what, "give a longer run");
-        }
+        self.check_length(source, model.timing.loop_period_s)?;
         for (key, components) in
             [("start.position_m", self.start.position_m), ("start.velocity_m_per_s", self.start.velocity_m_per_s)]
         {
@@ -135,6 +130,17 @@ impl Scenario {
             );
         }
         self.check_faults(source, &model.effects, catalog)
+    }
+
+    /// Whether the run is long enough for the loop.
+    pub(super) fn check_length(&self, source: &Source, loop_period_s: f64) -> Result<(), Error> {
+        let least_s = TICKS_MIN * loop_period_s;
+        if self.duration_s >= least_s {
+            return Ok(());
+        }
+        let what = format!("duration_s = {} s is below {least_s} s, {TICKS_MIN} ticks of the loop", self.duration_s);
+        let span = place::of_key(&source.text, "duration_s");
+        Err(Error::new(what).file(&source.file).span(&source.text, span).help("give a longer run"))
     }
 
     /// The faults, beside the effects of the model.

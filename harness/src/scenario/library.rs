@@ -81,6 +81,7 @@ impl Source {
     pub fn parse_space(&self, catalog: &Catalog<Axis>) -> Result<(Scenario, SpaceModel), Error> {
         let scenario = Scenario::parse(&self.file.display().to_string(), &self.text)?;
         let model = SpaceModel::parse(&self.model_file.display().to_string(), &self.model_text, catalog)?;
+        scenario.check_length(self, model.timing.loop_period_s)?;
         scenario.check_faults(self, &model.effects, catalog)?;
         Ok((scenario, model))
     }

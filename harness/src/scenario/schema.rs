@@ -94,7 +94,8 @@ mod tests {
             for key in *may {
                 for word in words(key) {
                     let text = format!("{needed}{key} = {word}\n");
-                    assert!(read(text.clone()).is_ok(), "{id}: {text} {:?}", read(text));
+                    let answer = read(text.clone());
+                    assert!(answer.is_ok(), "{id}: {text} {answer:?}");
                 }
             }
             assert!(read(format!("{needed}strange = 1.0\n")).is_err(), "{id}");
