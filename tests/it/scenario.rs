@@ -247,7 +247,8 @@ fn a_run_with_six_axes_leaves_whole_poses_and_wrenches_and_repeats_to_the_byte()
     assert_eq!((session.kind, session.believed["axes"].as_str()), (Kind::Impact, "6"));
     let commanded = session.commanded.unwrap().value;
     let sensed = session.sensed.unwrap().value;
-    let moves = |axis: usize| commanded.iter().any(|pose| pose.position_m[axis] != commanded[0].position_m[axis]);
+    let moves =
+        |axis: usize| commanded.iter().any(|pose| (pose.position_m[axis] - commanded[0].position_m[axis]).abs() > 1e-4);
     assert!(moves(0) && moves(1) && moves(2), "the probe is pushed aside");
     // Five standard deviations of the noise.
     let pushes = |axis: usize| sensed.iter().any(|wrench| wrench.force_n[axis].abs() > 0.4);
