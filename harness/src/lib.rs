@@ -3,6 +3,7 @@
 #![warn(missing_docs)]
 
 pub mod blocks;
+pub mod calibrate;
 pub mod case;
 pub mod clamp;
 pub mod cli;
@@ -10,9 +11,11 @@ pub mod compare;
 pub mod diagnose;
 pub mod error;
 pub mod files;
+pub mod identify;
 pub mod model;
 pub mod recording;
 pub mod replay;
 pub mod report;
 pub mod scenario;
 pub mod simulate;
+pub mod stability;

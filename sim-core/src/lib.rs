@@ -13,6 +13,8 @@
 
 extern crate alloc;
 
+pub mod audit;
+pub mod calibration;
 pub mod closed_loop;
 pub mod compensator;
 pub mod contact;
@@ -24,6 +26,7 @@ pub mod energy;
 pub mod force_sensor;
 pub mod frames;
 pub mod geometry;
+pub mod identification;
 pub mod link;
 pub mod plant;
 pub mod readout;

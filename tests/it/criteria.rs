@@ -348,9 +348,12 @@ fn an_axis_that_creates_energy_shows_where_the_sum_is_passive() {
         after: vec![moving(0.03, 0.3), moving(0.01, 0.5)],
         // Against the motion along z; with the motion about it.
         feedback: vec![load(-10.0, 1.0), load(-10.0, 1.0)],
+        // A sensor that reads twice the load, as its owner knows.
+        sensor_time: vec![Nanos(0), Nanos(1_000_000)],
+        sensed: vec![load(-20.0, 2.0), load(-20.0, 2.0)],
         ..Trace::default()
     };
-    let run = Observation::of_spatial(&trace, &KNOWN);
+    let run = Observation::of_spatial(&trace, &KNOWN, |reading, _| *reading * 0.5);
     let energies = energy_per_axis(&run, &[]).unwrap();
     let of = |axis| energies.iter().find(|energy| energy.axis == axis).unwrap();
     let (along, about) = (of(ObservedAxis::Z), of(ObservedAxis::AboutZ));
@@ -358,6 +361,9 @@ fn an_axis_that_creates_energy_shows_where_the_sum_is_passive() {
     assert!((along.value_j - 0.0024).abs() < 1e-17 && (about.value_j + 0.0024).abs() < 1e-17, "{energies:?}");
     assert_eq!((along.activity, about.activity), (Activity::Passive, Activity::Active));
     assert_eq!(of(ObservedAxis::X).activity, Activity::Neutral);
+    let felt = |axis| run.along(axis).unwrap().sensed.as_ref().unwrap()[1];
+    let off = (felt(ObservedAxis::Z) - 10.0).abs() + (felt(ObservedAxis::AboutZ) + 1.0).abs();
+    assert!(off < f64::EPSILON, "what resists is minus the load");
     assert_eq!(criterion("id = 'energy-per-axis'").judge(&run).outcome, Outcome::Fail);
     assert_eq!(criterion("id = 'energy-per-axis'\naxes = ['z', 'x']").judge(&run).outcome, Outcome::Pass);
 }

@@ -1,14 +1,18 @@
 //! One integration binary.
 #![expect(clippy::unwrap_used, reason = "a test may stop where it stands")]
 
+mod bodies;
+mod calibration;
 mod cli;
 mod compare;
+mod compensators;
 mod confusion;
 mod contact;
 mod criteria;
 mod determinism;
 mod effects;
 mod hidden;
+mod identification;
 mod r#loop;
 mod measurements;
 mod mistakes;
@@ -20,6 +24,8 @@ mod replay;
 mod scenario;
 mod sets;
 mod shell;
+mod stability;
+mod stability_command;
 mod story;
 mod story_compare;
 mod tidy;

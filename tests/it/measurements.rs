@@ -113,13 +113,29 @@ fn a_table_without_velocities_and_mass_is_compared_as_far_as_it_goes() {
     let reference = measured(&model, "reference", 0.03, 0.008, &[]);
     let mut table = measured(&model, "table", 0.03, 0.008, &[]);
     (table.twist, table.commanded) = (None, None);
-    table.believed.clear();
+    for key in ["reduced_mass_kg", "ft_force_sigma_n", "ft_force_slow_sigma_n", "position_sigma_m"] {
+        table.believed.remove(key).unwrap();
+    }
     let answer = against(&reference, &table, &[]);
-    assert_eq!((answer.verdict, exit_code_of(answer.verdict)), (CompareVerdict::CannotSay, 3), "{answer:#?}");
+    assert_eq!(
+        (answer.verdict, exit_code_of(answer.verdict)),
+        (CompareVerdict::CannotSay, 3),
+        "{:#?}",
+        answer.runs[0].quantities
+    );
     assert!(finds(&answer, "not both records say reduced_mass_kg"), "{:?}", answer.findings);
+    let restitution = quantity(&answer, "restitution_zero_depth");
+    assert!(restitution.verdict == Verdict::InsideNoise && restitution.uncertainty.unwrap() > 0.0, "{restitution:?}");
+    // The cell's virtual damper pulls before d = 0. A table does not tell when: the same name would be two quantities.
     let restitution = quantity(&answer, RESTITUTION);
-    assert!(restitution.difference.unwrap().abs() < 0.05 && restitution.uncertainty.unwrap() > 0.0, "{restitution:?}");
+    assert!(
+        restitution.verdict == Verdict::CannotSay && restitution.about.contains("taken otherwise"),
+        "{restitution:?}"
+    );
     assert_eq!(quantity(&answer, "observed_energy_j").difference, None);
+    assert!(!finds(&answer, "ft_bias"));
+    table.believed.remove("ft_bias").unwrap();
+    assert!(finds(&against(&reference, &table, &[]), "table.simulated: the record says no ft_bias"));
     table.sensed = None;
     let error = compare_measurements(&reference, &[table], &[]).unwrap_err();
     assert!(error.help.is_some() && error.file.is_some(), "{error}");
@@ -140,11 +156,14 @@ fn the_command_compares_two_recordings() {
         other => panic!("{other}"),
     };
     assert_eq!(ran.exit, exit, "{}{}", ran.out, ran.err);
-    println!("{}", ran.out);
-    assert!(ran.out.contains("velocity offset") && ran.out.contains("learn_02.mcap"), "{}", ran.out);
+    // Words of a text wrap anywhere.
+    let out = ran.out.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(out.contains("velocity offset") && out.contains("learn_02.mcap"), "{}", ran.out);
     assert_eq!(json["runs"][0]["quantities"].as_array().unwrap().len(), 7);
     let page = shell.read("a.html");
-    assert!(page.contains("position beyond first contact in mm") && page.contains("aligned at first contact"));
+    for text in ["position beyond first contact", "aligned at first contact", "learn_04.mcap and learn_02.mcap"] {
+        assert!(page.contains(text), "{text}");
+    }
     let limited = shell.run(&["compare", "--reference", &reference, &other, "--limit", "restitution=0.5"]);
     assert_eq!(limited.exit, 0, "{}{}", limited.out, limited.err);
     let same = shell.run(&["compare", "--reference", &other, &other]);
@@ -152,7 +171,7 @@ fn the_command_compares_two_recordings() {
     let both = shell.run(&["compare", "--reference", &other, "--model", "DIR/m.toml", &impact()]);
     assert!(both.exit == 2 && both.err.contains("cannot be used with"), "{}", both.err);
     let alone = shell.run(&["compare", "--model", "DIR/m.toml", "--reference-map", "x.toml", &impact()]);
-    assert!(alone.exit == 2 && alone.err.contains("--reference"), "{}", alone.err);
+    assert!(alone.exit == 2 && alone.err.contains("'--reference-map"), "{}", alone.err);
 }
 
 #[test]

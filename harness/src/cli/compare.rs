@@ -23,7 +23,7 @@ pub struct Arguments {
     #[arg(long, value_name = "RECORDING", conflicts_with_all = ["model", "clamp", "samples", "seed"])]
     pub reference: Option<PathBuf>,
     /// Topics, units and conventions of the reference, if they are not those of the recordings.
-    #[arg(long, value_name = "MAP.toml", requires = "reference")]
+    #[arg(long, value_name = "MAP.toml", requires = "reference", conflicts_with = "model")]
     pub reference_map: Option<PathBuf>,
     /// Recordings to compare with.
     #[arg(required = true, value_name = "RECORDING")]

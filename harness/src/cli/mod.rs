@@ -3,11 +3,13 @@
 //! Nothing is computed here. A command reads its files, calls the function that does the work, and prints what came back.
 //! [`run`] takes its arguments and its writers, so that a test calls it as a shell would.
 
+mod calibrate;
 mod compare;
 mod console;
 mod demo;
 mod diagnose;
 mod effect;
+mod identify;
 mod inputs;
 mod ladder;
 mod model;
@@ -15,6 +17,7 @@ mod outcome;
 mod progress;
 mod replay;
 mod run;
+mod stability;
 
 pub use console::{Console, Look};
 pub use outcome::Exit;
@@ -59,6 +62,12 @@ enum Command {
     Diagnose(diagnose::Arguments),
     /// Show how the error falls on the test recordings, effect by effect.
     Ladder(ladder::Arguments),
+    /// Say whether a loop is stable, how far from the edge, who contributes what, what to change.
+    Stability(stability::Arguments),
+    /// Calibrate a force/torque sensor and its tool from poses at rest.
+    Calibrate(calibrate::Arguments),
+    /// Identify what lies between a robot's command and its pose.
+    Identify(identify::Arguments),
     /// Write recordings and a model to a folder, and go all the way from error to effect.
     Demo(demo::Arguments),
 }
@@ -141,6 +150,9 @@ impl Command {
             Command::Compare(arguments) => arguments.run(catalog, console),
             Command::Diagnose(arguments) => arguments.run(catalog, console),
             Command::Ladder(arguments) => arguments.run(catalog, console),
+            Command::Stability(arguments) => arguments.run(catalog, console),
+            Command::Calibrate(arguments) => arguments.run(catalog, console),
+            Command::Identify(arguments) => arguments.run(catalog, console),
             Command::Demo(arguments) => arguments.run(catalog, console),
         }
     }

@@ -2,7 +2,7 @@
 
 use super::measurements::{Difference, RunAgainst};
 use super::result::Verdict;
-use crate::recording::Grade;
+use crate::recording::{Grade, Session};
 use sim_core::criterion::Contact;
 
 /// Masses that differ by less than this are the same. Chosen: a percent moves restitution by 0.001 at 0.8.
@@ -69,4 +69,12 @@ fn velocity(run: &RunAgainst) -> String {
         speed.uncertainty.unwrap_or(f64::NAN) * 1e3,
         reference * 1e3
     )
+}
+
+/// A record without a bias: whatever the sensor reads at rest then counts as force.
+pub(super) fn no_bias(session: &Session) -> Option<String> {
+    let missing = session.sensed.is_some() && !session.believed.contains_key("ft_bias");
+    missing.then(|| {
+        format!("{}: the record says no ft_bias, so the reading is taken as free of bias", session.file.display())
+    })
 }

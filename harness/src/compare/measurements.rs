@@ -154,14 +154,26 @@ impl Seen {
         at(&self.run.loop_time, positions, self.contact.begin_s)
     }
 
+    /// Speeds of free flight on either side: at d = 0 they are averages, whether something pulled before or not.
+    fn flight(&self) -> Result<&Speeds, Missing> {
+        let [zero_force, zero_depth] = &self.speeds;
+        zero_depth.as_ref().or(zero_force.as_ref()).map_err(Clone::clone)
+    }
+
+    /// How the speed at f = 0 was had.
+    fn zero_force_about(&self) -> Option<&str> {
+        self.speeds[0].as_ref().ok().map(|speeds| speeds.about.as_str())
+    }
+
     /// Every quantity, in the order of [`QUANTITIES`].
     fn values(&self) -> [Result<Estimate, Missing>; 7] {
         let of =
             |place: usize, part: fn(&Speeds) -> Estimate| self.speeds[place].as_ref().map(part).map_err(Clone::clone);
+        let flight = |part: fn(&Speeds) -> Estimate| self.flight().map(part);
         let minus = |estimate: Estimate| Estimate { value: -estimate.value, ..estimate };
         [
-            of(0, |speeds| speeds.before),
-            of(0, |speeds| speeds.after).map(minus),
+            flight(|speeds| speeds.before),
+            flight(|speeds| speeds.after).map(minus),
             of(0, |speeds| speeds.restitution),
             of(1, |speeds| speeds.restitution),
             contact_duration(&self.run, ObservedAxis::Z).map(|(duration, _)| duration),
@@ -183,7 +195,7 @@ impl Seen {
     /// `(m/2)(v₋² - v₊²)`.
     fn energy(&self) -> Result<Estimate, Missing> {
         let mass_kg = self.run.mass_kg.ok_or_else(|| Missing("the record does not say reduced_mass_kg".into()))?;
-        let speeds = self.speeds[0].as_ref().map_err(Clone::clone)?;
+        let speeds = self.flight()?;
         let (before, after) = (speeds.before, speeds.after);
         // The noise that the loop felt is in the restitution, and in no speed that was recorded.
         let after_sd = speeds.restitution.sd.unwrap_or(0.0) * before.value;
@@ -194,14 +206,13 @@ impl Seen {
     }
 }
 
+/// Place of the restitution at f = 0 in [`QUANTITIES`].
+const ZERO_FORCE: usize = 2;
+
 /// Name, unit, and how it was had.
 const QUANTITIES: [(&str, &str, &str); 7] = [
     ("approach_speed_m_per_s", "m/s", "average over 100 ms that end 20 ms before first contact; decides nothing"),
-    (
-        "rebound_speed_m_per_s",
-        "m/s",
-        "average over 100 ms, 60 ms after the force is zero, positive leaving; decides nothing",
-    ),
+    ("rebound_speed_m_per_s", "m/s", "average over 100 ms, 60 ms after d = 0, positive leaving; decides nothing"),
     ("restitution", "1", "average speeds, release at f = 0"),
     ("restitution_zero_depth", "1", "average speeds, release at d = 0"),
     ("contact_time_s", "s", "from first to last touch: the line through crossings of the threshold and three times it"),
@@ -238,6 +249,7 @@ pub fn compare_measurements(
         ));
         runs.push(one);
     }
+    findings.extend(std::iter::once(reference).chain(sessions).filter_map(super::measurement_words::no_bias));
     let limits: Vec<LimitResult> = runs.iter().flat_map(|run| limits.iter().map(|limit| held(limit, run))).collect();
     Ok(Measurements {
         schema: 1,
@@ -266,11 +278,19 @@ fn known(limit: &Limit) -> Result<(), Error> {
 }
 
 fn against(reference: &Seen, seen: &Seen, session: &Session) -> RunAgainst {
-    let pairs = reference.values().into_iter().zip(seen.values()).zip(QUANTITIES);
+    let mut values = seen.values();
+    if let (Some(here), Some(there)) = (seen.zero_force_about(), reference.zero_force_about())
+        && here != there
+    {
+        // One of them tells when the net force begins to pull, the other does not: two quantities of one name.
+        let what = format!("taken otherwise than in the reference: {here}; there {there}");
+        values[ZERO_FORCE] = Err(Missing(what));
+    }
+    let pairs = reference.values().into_iter().zip(values).zip(QUANTITIES);
     let quantities: Vec<Difference> =
         pairs.map(|((reference, value), quantity)| difference(quantity, reference, value)).collect();
     let deciding = quantities.iter().filter(|quantity| !quantity.about.ends_with("decides nothing"));
-    let speed = |seen: &Seen| seen.speeds[0].as_ref().map_or(f64::NAN, |speeds| speeds.before.value);
+    let speed = |seen: &Seen| seen.flight().map_or(f64::NAN, |speeds| speeds.before.value);
     RunAgainst {
         file: name(session),
         grade: session.grade,

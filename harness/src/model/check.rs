@@ -1,7 +1,7 @@
 //! What a number of a model may be.
 
 use super::effects::{List, check_effects};
-use super::{Model, RigKind, TimingModel, place};
+use super::{CalibrationModel, Model, RigKind, RobotModel, TimingModel, place};
 use crate::error::Error;
 use serde::de::DeserializeOwned;
 use sim_core::compensator::DelayCompensation;
@@ -15,7 +15,7 @@ const STEP_MIN_S: f64 = 1e-6;
 
 /// Which sign a number may have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Sign {
+pub(super) enum Sign {
     Positive,
     NotNegative,
     Any,
@@ -100,7 +100,9 @@ impl Model {
         if self.schema != 1 {
             return refuse("schema", f64::from(self.schema), "is not 1, the only version there is", "set schema = 1");
         }
-        for (key, value, sign) in self.numbers() {
+        let calibration = self.sensor.calibration.iter().flat_map(CalibrationModel::numbers);
+        let identified = self.robot.iter().flat_map(RobotModel::numbers);
+        for (key, value, sign) in self.numbers().into_iter().chain(calibration).chain(identified) {
             let (wrong, limit) = match sign {
                 Sign::Positive => (value <= 0.0, "is not above 0"),
                 Sign::NotNegative => (value < 0.0, "is below 0"),
@@ -115,6 +117,9 @@ impl Model {
                 let limit = format!("is above {upper}");
                 return refuse(key, value, &limit, "give the value in the unit of the key");
             }
+        }
+        if let Some((key, what, help)) = self.robot.as_ref().and_then(RobotModel::contradiction) {
+            return Err(Error::new(what).file(name).span(text, place::of_key(text, key)).help(help));
         }
         if let Err(fault) = self.timing.check(self.rig == RigKind::Docking) {
             return refuse(fault.key, fault.value, &fault.limit, fault.help);

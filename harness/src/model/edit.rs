@@ -139,6 +139,44 @@ impl Editor {
         self.set_base("contact", "offset_n", base.offset_n);
     }
 
+    /// Whether the file has this table, as `["sensor", "calibration"]`.
+    pub fn has(&self, path: &[&str]) -> bool {
+        let mut item = Some(self.document.as_item());
+        for name in path {
+            item = item.and_then(|item| item.get(name));
+        }
+        item.is_some()
+    }
+
+    /// Sets values of a table, and makes it where it is missing; `path` as `["sensor", "calibration"]`.
+    pub fn set_table(&mut self, path: &[&str], values: &[(&str, toml_edit::Value)]) {
+        let mut table = self.document.as_table_mut() as &mut dyn toml_edit::TableLike;
+        for (depth, name) in path.iter().enumerate() {
+            let mut new = Table::new();
+            // A table that only holds others needs no line of its own.
+            new.set_implicit(depth + 1 < path.len());
+            let Some(inner) = table.entry(name).or_insert(Item::Table(new)).as_table_like_mut() else { return };
+            table = inner;
+        }
+        for (key, value) in values {
+            let mut value = value.clone();
+            if let Some(old) = table.get(key).and_then(Item::as_value) {
+                *value.decor_mut() = old.decor().clone();
+            }
+            table.insert(key, Item::Value(value));
+        }
+    }
+
+    /// Takes a key out of a table, if it is there.
+    pub fn remove_key(&mut self, path: &[&str], key: &str) {
+        let mut table = self.document.as_table_mut() as &mut dyn toml_edit::TableLike;
+        for name in path {
+            let Some(inner) = table.get_mut(name).and_then(Item::as_table_like_mut) else { return };
+            table = inner;
+        }
+        table.remove(key);
+    }
+
     /// The text as it would be saved.
     pub fn text(&self) -> String {
         self.document.to_string()

@@ -52,9 +52,11 @@ pub fn from_session(session: &Session) -> Result<Model, Error> {
             bias_n,
             white_sigma_n: or("ft_force_sigma_n", 0.0)?,
             slow_sigma_n: or("ft_force_slow_sigma_n", 0.0)?,
+            calibration: None,
         },
         readout: ReadoutModel { position_sigma_m: or("position_sigma_m", 0.0)? },
         compensation: Compensation::default(),
+        robot: None,
         repeatability: Repeatability::default(),
         effects: Vec::new(),
     };
@@ -102,6 +104,7 @@ fn drive(session: &Session) -> Result<Model, Error> {
         sensor: SensorModel::default(),
         readout: ReadoutModel::default(),
         compensation: Compensation::default(),
+        robot: None,
         repeatability: Repeatability::default(),
         effects: Vec::new(),
     })

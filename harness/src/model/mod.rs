@@ -12,15 +12,19 @@ use sim_core::plant::PointIntegrator;
 use sim_core::space::Axis;
 use std::path::Path;
 
+mod calibration;
 mod check;
 mod edit;
 mod effects;
 mod init;
 mod parts;
 pub(crate) mod place;
+mod robot;
 mod schema;
 mod space;
 mod text;
+pub use calibration::{CalibrationModel, TemperatureModel};
+use check::Sign;
 pub use check::parsed;
 pub use edit::{Editor, EffectText};
 pub use effects::unknown_effect;
@@ -28,6 +32,7 @@ pub(crate) use effects::{List, check_effects};
 pub use init::from_session;
 pub(crate) use parts::Parts;
 pub use parts::{Device, LawModel, ReleaseModel};
+pub use robot::{ROBOT_AXES, RobotAxis, RobotForm, RobotModel};
 pub(crate) use schema::effect_schemas;
 pub use schema::{schema, space_schema};
 pub use space::{BodyModel, GeometryModel, SpaceModel};
@@ -63,6 +68,9 @@ pub struct Model {
     #[serde(default, skip_serializing_if = "parts::is_usual")]
     #[schemars(schema_with = "parts::compensation_schema")]
     pub compensation: Compensation,
+    /// What was identified of the robot.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub robot: Option<RobotModel>,
     /// How well a run repeats another one.
     #[serde(default)]
     pub repeatability: Repeatability,
@@ -172,6 +180,9 @@ pub struct SensorModel {
     pub white_sigma_n: f64,
     /// Standard deviation of the slow noise; a static recording overrides it.
     pub slow_sigma_n: f64,
+    /// What a calibration found in six axes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub calibration: Option<CalibrationModel>,
 }
 
 /// Read-out noise of the pose.

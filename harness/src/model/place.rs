@@ -7,21 +7,14 @@ use toml_edit::{Document, Item, Table};
 /// is not written.
 pub fn of_key(text: &str, path: &str) -> Range<usize> {
     let Ok(document) = Document::parse(text) else { return 0..0 };
-    let (mut table, mut found) = (document.as_table(), 0..0);
-    for key in path.split('.') {
-        let Some(place) = line(table, key) else { return found };
-        found = place;
-        match table.get(key).and_then(Item::as_table) {
-            Some(inner) => {
-                // The line of a table is its heading.
-                found = inner.span().unwrap_or(found);
-                table = inner;
-            }
-            // A table may also stand on one line; its keys then have no place of their own.
-            None => return found,
-        }
+    let (mut table, mut path, mut whole) = (document.as_table(), path, 0..0);
+    while let Some((name, key)) = path.split_once('.') {
+        // A table may also stand on one line; its keys then have no place of their own.
+        whole = table.get(name).and_then(Item::span).unwrap_or(whole);
+        let Some(inner) = table.get(name).and_then(Item::as_table) else { return whole };
+        (table, path) = (inner, key);
     }
-    found
+    in_table(table, path).unwrap_or(whole)
 }
 
 /// The same in the `nth` effect; without a key, or if it is not written, the effect's id.

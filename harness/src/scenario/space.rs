@@ -12,7 +12,7 @@ use crate::model::{EffectModel, SpaceModel, turn, vector};
 use crate::recording::{Grade, Pose, Series, Session, Twist, Wrench as Recorded};
 use crate::report::{PlotGroup, Role};
 use crate::simulate;
-use nalgebra::UnitQuaternion;
+use nalgebra::Rotation3;
 use sim_core::closed_loop::{Clamps, ClosedLoop, Start};
 use sim_core::criterion::{Criterion, Known, Observation};
 use sim_core::effect::{Attached, Catalog, Rates};
@@ -51,7 +51,12 @@ pub(super) fn run(source: &Source, catalog: &Catalog<Axis>) -> Result<Ran, Error
     let late_s: f64 = faults.iter().map(|fault| fault.attach().effect.stamp_offset_s()).sum();
     let session = written(&scenario, &model, &trace, late_s, contact_s.is_some());
     let known = known(&model);
-    let observation = Observation::of_spatial(&trace, &known);
+    let cell = model.cell();
+    // What the compensator makes of a reading: bias and weight out, turned into nozzle axes at the probe tip.
+    let observation = Observation::of_spatial(&trace, &known, |reading, pose| {
+        let attitude = cell.attitude(pose);
+        cell.at_tip(&attitude, &(*reading - cell.unloaded(&attitude)))
+    });
     let verdicts = scenario.criteria.iter().map(|criterion| criterion.judge(&observation)).collect();
     let plots = vec![forces(&scenario, &model, &trace, contact_s), motions(&scenario, &trace, contact_s)];
     faults.truncate(injected);
@@ -145,13 +150,11 @@ fn is_number(reading: &Wrench) -> bool {
     reading.force_n.iter().chain(&reading.torque_n_m).all(|number| number.is_finite())
 }
 
-/// What is known of the run besides its columns: the reading without contact, level, is its bias.
+/// What is known of the run besides its columns.
 fn known(model: &SpaceModel) -> Known {
-    let unloaded = model.cell().unloaded(&UnitQuaternion::identity());
-    let (force, torque) = (unloaded.force_n, unloaded.torque_n_m);
     Known {
         mass_kg: Some(model.reduced_mass_kg()),
-        bias: [force.x, force.y, force.z, torque.x, torque.y, torque.z],
+        bias: [0.0; 6],
         tool_weight_n: 0.0,
         force_sd_n: Some(model.sensor.white_sigma_n),
         torque_sd_n_m: Some(model.sensor.white_sigma_n_m),
@@ -233,7 +236,7 @@ fn believed(model: &SpaceModel, kind: &str) -> BTreeMap<String, String> {
 /// Forces and torques as the sensor feels them, without its reading at rest.
 fn forces(scenario: &Scenario, model: &SpaceModel, trace: &Trace<Spatial>, contact_s: Option<(f64, f64)>) -> PlotGroup {
     let sensor_s: Vec<f64> = trace.sensor_time.iter().map(|time| time.seconds()).collect();
-    let rest = model.cell().unloaded(&UnitQuaternion::identity());
+    let rest = model.cell().unloaded(&Rotation3::identity());
     let three = |of: &dyn Fn(&Wrench, usize) -> f64| {
         let roles = [("x", Role::Earlier), ("y", Role::Residual), ("z", Role::Measured)];
         let one = |(axis, (name, role)): (usize, (&str, Role))| {

@@ -84,15 +84,19 @@ impl<'a, S: Space, R: Rig<S>, const EFFECTS: bool, const CLAMPED: bool> Run<'a, 
                 self.command(now);
             }
             let achieved = self.follow(index, step);
-            self.read_back(index, step, achieved, loop_ticks);
+            self.read_back(index, step, &achieved, loop_ticks);
             if EFFECTS || loop_ticks || sensor_ticks {
-                self.touch(step, achieved);
+                self.touch(step, &achieved);
             }
             if sensor_ticks {
                 self.sense(now, trace);
             }
             if loop_ticks {
                 self.feed_back(now, trace);
+            }
+            if self.reads_back() {
+                // Last in the step: copied as a whole right after it was put together, it would stall the processor.
+                self.history.push(&achieved);
             }
             if CLAMPED && self.columns.achieved {
                 trace.achieved.push(self.signals.achieved);
@@ -155,23 +159,30 @@ impl<'a, S: Space, R: Rig<S>, const EFFECTS: bool, const CLAMPED: bool> Run<'a, 
         out
     }
 
+    /// Whether the read-back has a reader in this run.
+    #[inline(always)]
+    fn reads_back(&self) -> bool {
+        !CLAMPED
+            || (self.clamps.measured.is_none()
+                && (self.clamps.achieved.is_none() || self.columns.loop_ticks || self.columns.measured))
+    }
+
     /// The pose is read back.
     #[inline(always)]
-    fn read_back(&mut self, index: usize, step: Step, achieved: S::Motion, loop_ticks: bool) {
+    fn read_back(&mut self, index: usize, step: Step, achieved: &S::Motion, loop_ticks: bool) {
         if index == 0 {
             // Only now is it known what the effects make of the first pose.
-            self.history.fill(&achieved);
+            self.history.fill(achieved);
         }
         if CLAMPED && let Some(recorded) = self.clamps.measured {
             self.signals.measured = recorded[index];
             return;
         }
-        if CLAMPED && self.clamps.achieved.is_some() && !self.columns.loop_ticks && !self.columns.measured {
+        if !self.reads_back() {
             return;
         }
-        self.history.push(achieved);
         if EFFECTS || loop_ticks || (CLAMPED && self.columns.measured) {
-            self.signals.measured = self.history.read();
+            self.signals.measured = self.history.read(achieved);
         }
         if EFFECTS {
             self.memories.each(self.of.effects, &self.of.on[2], step, |effect, context| {
@@ -184,10 +195,10 @@ impl<'a, S: Space, R: Rig<S>, const EFFECTS: bool, const CLAMPED: bool> Run<'a, 
 
     /// The interfaces touch, and the sensor feels it.
     #[inline(always)]
-    fn touch(&mut self, step: Step, achieved: S::Motion) {
+    fn touch(&mut self, step: Step, achieved: &S::Motion) {
         let (rig, effects, on) = (self.of.rig, self.of.effects, &self.of.on);
         let (signals, memories) = (&mut self.signals, &mut self.memories);
-        let mut touch = rig.geometry().touch(&achieved);
+        let mut touch = rig.geometry().touch(achieved);
         if EFFECTS || self.columns.sensor_ticks {
             signals.touch = touch;
         }
@@ -213,7 +224,7 @@ impl<'a, S: Space, R: Rig<S>, const EFFECTS: bool, const CLAMPED: bool> Run<'a, 
         }
         let interface = rig.law().clamped(&touch, &contact);
         signals.interface = interface;
-        let sensed = rig.sensor().reading(&achieved, &interface);
+        let sensed = rig.sensor().reading(achieved, &interface);
         signals.sensed = sensed;
         if EFFECTS && !on[5].is_empty() {
             let mut out = sensed;

@@ -58,6 +58,22 @@ pub struct HybridState<Delay = ()> {
     delay: Delay,
 }
 
+impl<Delay> Hybrid<Delay> {
+    /// The same compensator with this compensation of its delay.
+    pub fn with_delay<Other>(self, delay: Other) -> Hybrid<Other> {
+        Hybrid {
+            bias_n: self.bias_n,
+            tool_weight_n: self.tool_weight_n,
+            virtual_stiffness_n_per_m: self.virtual_stiffness_n_per_m,
+            virtual_damping_n_s_per_m: self.virtual_damping_n_s_per_m,
+            dead_band_n: self.dead_band_n,
+            architecture: self.architecture,
+            virtual_pose: self.virtual_pose,
+            delay,
+        }
+    }
+}
+
 impl<Delay: DelayCompensation> Hybrid<Delay> {
     /// Refuses what no compensator can mean.
     pub fn check(&self, period_s: f64) -> Result<(), Refusal> {

@@ -75,8 +75,8 @@ pub struct HybridSpaceState {
 }
 
 impl HybridSpace {
-    /// The real contact alone, felt by a sensor that is known exactly.
-    pub fn pure_hardware(known: SpaceCell) -> Self {
+    /// Both contacts, the virtual one still without stiffness and damping, no dead band.
+    pub fn new(known: SpaceCell) -> Self {
         HybridSpace {
             known,
             virtual_stiffness: AxisPair::default(),
@@ -84,7 +84,7 @@ impl HybridSpace {
             onset_m: 0.0,
             dead_band_n: 0.0,
             dead_band_n_m: 0.0,
-            architecture: Architecture::PureHardware,
+            architecture: Architecture::Hybrid,
             virtual_pose: SpacePose::Measured,
         }
     }
@@ -119,7 +119,11 @@ impl HybridSpace {
     #[inline]
     fn virtual_load(&self, pose: &Motion, before: &Motion, period_s: f64) -> Wrench {
         let depth_m = pose.position_m - Vector3::z() * self.onset_m;
-        let turn_rad = turn_between(&UnitQuaternion::identity(), &pose.attitude);
+        let turn_rad = if self.virtual_stiffness.about == Vector3::zeros() {
+            Vector3::zeros()
+        } else {
+            turn_between(&UnitQuaternion::identity(), &pose.attitude)
+        };
         let velocity = (pose.position_m - before.position_m) / period_s;
         let rate = turn_between(&before.attitude, &pose.attitude) / period_s;
         let (stiffness, damping) = (&self.virtual_stiffness, &self.virtual_damping);

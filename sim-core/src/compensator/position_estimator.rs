@@ -14,8 +14,8 @@
 //!
 //! `forward` needs no model of the robot. It misses a D (D + T) / 2 under an acceleration a, and multiplies read-out noise by
 //! √((1 + D/T)² + (D/T)²): 6.4 at 16 ms and 4 ms. `command history` multiplies read-out noise by one, and what the robot adds
-//! to the command is late by D. A wrong h shifts the model's pose by the difference of two neighbouring velocities only; a wrong
-//! D errs by v (D̂ - D), as in the other method. Neither sees a robot that is not a dead time.
+//! to the command is late by D. An h that is wrong by δ errs by a δ D, which vanishes in uniform motion; a wrong D errs by
+//! v (D̂ - D), as in the other method. Neither sees a robot that is not a dead time.
 //!
 //! The equations are this project's: the thesis names the block and does not give it.
 

@@ -69,7 +69,7 @@ impl Software {
         not_negative("damping_n_s_per_m", self.damping_n_s_per_m, "N s/m")?;
         positive("dead_time_s", self.dead_time_s, "s")?;
         let ticks = delay::steps(self.dead_time_s, period_s);
-        if ticks < 1.0 || ticks != libm::floor(ticks) {
+        if ticks < 1.0 || ticks - libm::floor(ticks) > 0.0 {
             let limit = "is not a whole number of ticks of the loop";
             return Err(Refusal { name: "dead_time_s", value: self.dead_time_s, unit: "s", limit });
         }

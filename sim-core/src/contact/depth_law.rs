@@ -39,11 +39,13 @@ impl<L: DepthLaw> ContactLaw<Spatial> for L {
 
 impl Touch {
     /// Depth and rate along the normal.
+    #[inline]
     pub fn along_normal(&self) -> AxisTouch {
         AxisTouch { depth_m: self.depth_m, rate_m_per_s: self.rate_m_per_s }
     }
 
     /// The wrench on the chaser at the probe tip of a force along the normal, positive on the probe's side.
+    #[inline]
     pub fn pushed(&self, force_n: f64) -> Wrench {
         let force_n = self.normal * force_n;
         Wrench { force_n, torque_n_m: self.arm_m.cross(&force_n) }

@@ -21,6 +21,7 @@ pub enum Sides {
 
 impl Sides {
     /// Whether an interface at this depth, pressed with this force (positive resists), carries anything.
+    #[inline]
     pub fn carries(self, depth_m: f64, pressing_n: f64) -> bool {
         match self {
             Sides::Two => true,
@@ -30,6 +31,7 @@ impl Sides {
     }
 
     /// The sum of the terms, or nothing: in space, what presses is the part along the normal on the probe.
+    #[inline]
     pub fn clamped(self, touch: &Touch, force: &ContactForce<Spatial>) -> Wrench {
         let total = force.total();
         if self.carries(touch.depth_m, touch.normal.dot(&total.force_n)) { total } else { Wrench::default() }

@@ -1,9 +1,10 @@
 //! When the interfaces touched, by the force that was felt.
 //!
 //! From the largest force outward to the first sample on either side that does not exceed the threshold, and a straight line
-//! between that sample and its neighbour; the same at three times the threshold (at most 0.9 of the largest force). The line
-//! through the two crossings, down to no force, is the touch: a threshold alone would make a soft contact short by what the
-//! force needs to reach it. On a half sine three thresholds high by 0.4 the line is 0.005 rad early, 1.3 ms of 765 ms.
+//! between that sample and its neighbour; the same at three times the threshold (at least 0.1, at most 0.9 of the largest
+//! force). The line through the two crossings, down to no force, is the touch: a threshold alone would make a soft contact short
+//! by what the force needs to reach it. On a half sine three thresholds high by 0.4 the line is 0.005 rad early, 1.3 ms of
+//! 765 ms.
 //!
 //! The threshold is five standard deviations of the reading (a sample at rest exceeds it once in 3 million); 0.1 N where nobody
 //! knows the noise; nothing where there is none. Of several contacts the one with the largest force counts.
@@ -73,7 +74,7 @@ pub(super) fn within(force: &[f64], time: &[Nanos], threshold_n: f64, by: &'stat
     if !is_peak {
         return Err(none());
     }
-    let far_n = (3.0 * threshold_n).min(0.9 * force[peak]);
+    let far_n = (3.0 * threshold_n).clamp(0.1 * force[peak], 0.9 * force[peak]);
     let crossing = |level_n: f64| {
         let before = (0..peak).rev().find(|&i| force[i] <= level_n)?;
         let after = (peak + 1..length).find(|&i| force[i] <= level_n)?;

@@ -108,10 +108,9 @@ pub struct Observation<'a> {
 pub struct Known {
     /// Reduced mass of the satellites in kg.
     pub mass_kg: Option<f64>,
-    /// Known bias of the reading: force in N on x, y, z, torque in N m about them.
+    /// Known bias of the reading: force in N on x, y, z, torque in N m about them. One axis uses z; in space the caller takes it out.
     pub bias: [f64; 6],
-    /// Known weight of the tool in N, which pitch turns into the axis of travel. Along one axis only: in space the reading is
-    /// taken as free of weight.
+    /// Known weight of the tool in N, which pitch turns into the axis of travel. Along one axis; in space the caller takes it out.
     pub tool_weight_n: f64,
     /// Standard deviation of one force reading in N.
     pub force_sd_n: Option<f64>,
@@ -151,21 +150,28 @@ impl<'a> Observation<'a> {
     }
 
     /// A run in space: six axes. Positions about an axis are the attitude's rotation vector.
-    pub fn of_spatial(trace: &'a Trace<Spatial>, known: &Known) -> Self {
+    ///
+    /// `felt` turns a reading, in the sensor's own frame and with bias and weight in it, into the load on the chaser at the
+    /// probe tip, in the nozzle frame; the pose is the newest reported one. Only the sensor's owner knows how.
+    pub fn of_spatial(trace: &'a Trace<Spatial>, known: &Known, felt: impl Fn(&Wrench, &Motion) -> Wrench) -> Self {
+        let pose = |time: &Nanos| newest(time, &trace.loop_time).and_then(|tick| trace.measured.get(tick));
+        let readings = trace.sensed.iter().zip(&trace.sensor_time);
+        let sensed: Vec<Wrench> =
+            readings.map(|(reading, time)| felt(reading, &pose(time).copied().unwrap_or_default())).collect();
         let along = ObservedAxis::ALL.iter().enumerate().map(|(place, axis)| {
             let after: Vec<f64> = trace.after.iter().map(|motion| rate(motion, place)).collect();
             let first = trace.commanded.first().map_or(0.0, |motion| rate(motion, place));
             let positions = |motions: &[Motion]| some(motions.iter().map(|motion| position(motion, place)).collect());
-            let resisting = |loads: &[Wrench], bias: f64| some(loads.iter().map(|w| bias - load(w, place)).collect());
+            let resisting = |loads: &[Wrench]| some(loads.iter().map(|wrench| -load(wrench, place)).collect());
             Along {
                 axis: *axis,
-                feedback: resisting(&trace.feedback, 0.0),
+                feedback: resisting(&trace.feedback),
                 before: some(one_earlier(first, &after)),
                 after: some(after),
                 commanded: positions(&trace.commanded),
                 measured: positions(&trace.measured),
-                sensed: resisting(&trace.sensed, known.bias[place]),
-                interface: resisting(&trace.interface, 0.0),
+                sensed: resisting(&sensed),
+                interface: resisting(&trace.interface),
                 load_sd: if axis.turns() { known.torque_sd_n_m } else { known.force_sd_n },
                 position_sd: if axis.turns() { None } else { known.position_sd_m },
             }
@@ -255,13 +261,18 @@ fn period_s(time: &[Nanos]) -> Option<f64> {
 
 /// What resists, by the sensor: its sign turned, known bias and weight taken out. The pitch is the newest reported one.
 fn felt_along_axis(trace: &Trace<Axis>, known: &Known) -> Vec<f64> {
-    let newest = |time: &Nanos| trace.loop_time.partition_point(|tick| tick <= time).checked_sub(1);
     let weight_n = |time: &Nanos| {
-        let pitch_rad = newest(time).and_then(|tick| trace.measured.get(tick)).map_or(0.0, |motion| motion.pitch_rad);
+        let tick = newest(time, &trace.loop_time);
+        let pitch_rad = tick.and_then(|tick| trace.measured.get(tick)).map_or(0.0, |motion| motion.pitch_rad);
         known.tool_weight_n * libm::sin(pitch_rad)
     };
     let pairs = trace.sensed.iter().zip(&trace.sensor_time);
     pairs.map(|(reading, time)| known.bias[2] + weight_n(time) - reading).collect()
+}
+
+/// The last tick at or before this time.
+fn newest(time: &Nanos, ticks: &[Nanos]) -> Option<usize> {
+    ticks.partition_point(|tick| tick <= time).checked_sub(1)
 }
 
 fn rate(motion: &Motion, place: usize) -> f64 {

@@ -95,15 +95,13 @@ impl Port {
         Some(libm::sqrt(load * load + position * position))
     }
 
-    /// `Σ v² Δt` from first to last touch: free flight on either side has motion, and nothing to damp. Where the load pushes to no
-    /// one side, wherever it exceeds the threshold.
+    /// `Σ v² Δt` from first to last touch, and wherever else the load exceeds the threshold, since a damper may pull at the end.
+    /// Free flight on either side has motion, and nothing to damp.
     fn motion_m2_per_s(&self, tick_s: f64, threshold_n: f64) -> f64 {
         let touch = within(&self.load, &self.time, threshold_n, "load");
-        let counts = |time: &Nanos, load: &f64| match &touch {
-            Ok(touch) => (touch.begin_s..=touch.end_s).contains(&time.seconds()),
-            Err(_) => load.abs() > threshold_n,
-        };
+        let touch_s = touch.map_or(0.0..=0.0, |touch| touch.begin_s..=touch.end_s);
         let ticks = self.time.iter().zip(&self.load).zip(&self.rate);
+        let counts = |time: &Nanos, load: &f64| touch_s.contains(&time.seconds()) || load.abs() > threshold_n;
         ticks.filter(|((time, load), _)| counts(time, load)).map(|(_, rate)| rate * rate * tick_s).sum()
     }
 

@@ -22,7 +22,7 @@ use super::{ForceSensor, Noisy, SensorNoise};
 use crate::refusal::{Refusal, finite, not_negative};
 use crate::rng::Stream;
 use crate::space::{Motion, Spatial, Wrench};
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{Rotation3, UnitQuaternion, Vector3};
 
 /// Mounting, tool and bias of the sensor.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,25 +73,26 @@ impl SpaceCell {
         Ok(())
     }
 
+    /// Turns sensor axes into nozzle axes, at this pose of the probe. A matrix: it turns three vectors with fewer products than a
+    /// quaternion does.
+    #[inline(always)]
+    pub fn attitude(&self, pose: &Motion) -> Rotation3<f64> {
+        (pose.attitude * self.mounting).to_rotation_matrix()
+    }
+
     /// What the sensor reads without contact: weight of the tool and bias, in the sensor frame.
-    #[inline]
-    pub fn unloaded(&self, sensor_to_nozzle: &UnitQuaternion<f64>) -> Wrench {
-        let weight_n = sensor_to_nozzle.inverse_transform_vector(&(self.gravity * self.tool_weight_n));
+    #[inline(always)]
+    pub fn unloaded(&self, sensor_to_nozzle: &Rotation3<f64>) -> Wrench {
+        let weight_n = sensor_to_nozzle.matrix().tr_mul(&self.gravity) * self.tool_weight_n;
         Wrench {
             force_n: weight_n + self.bias.force_n,
             torque_n_m: self.tool_centre_m.cross(&weight_n) + self.bias.torque_n_m,
         }
     }
 
-    /// Turns sensor axes into nozzle axes, at this pose of the probe.
-    #[inline]
-    pub fn attitude(&self, pose: &Motion) -> UnitQuaternion<f64> {
-        pose.attitude * self.mounting
-    }
-
     /// A load in the sensor frame, moved to the probe tip and turned into nozzle axes.
-    #[inline]
-    pub fn at_tip(&self, sensor_to_nozzle: &UnitQuaternion<f64>, load: &Wrench) -> Wrench {
+    #[inline(always)]
+    pub fn at_tip(&self, sensor_to_nozzle: &Rotation3<f64>, load: &Wrench) -> Wrench {
         Wrench {
             force_n: sensor_to_nozzle * load.force_n,
             torque_n_m: sensor_to_nozzle * (load.torque_n_m - self.tip_m.cross(&load.force_n)),
@@ -100,20 +101,12 @@ impl SpaceCell {
 }
 
 impl ForceSensor<Spatial> for SpaceCell {
-    #[inline]
+    #[inline(always)]
     fn reading(&self, achieved: &Motion, interface: &Wrench) -> Wrench {
-        // A matrix turns three vectors with fewer products than a quaternion does.
-        let to_nozzle = self.attitude(achieved).to_rotation_matrix();
-        let to_sensor = to_nozzle.matrix().transpose();
-        let force_n = to_sensor * interface.force_n;
-        let weight_n = to_sensor * self.gravity * self.tool_weight_n;
-        Wrench {
-            force_n: force_n + weight_n + self.bias.force_n,
-            torque_n_m: to_sensor * interface.torque_n_m
-                + self.tip_m.cross(&force_n)
-                + self.tool_centre_m.cross(&weight_n)
-                + self.bias.torque_n_m,
-        }
+        let attitude = self.attitude(achieved);
+        let force_n = attitude.matrix().tr_mul(&interface.force_n);
+        let torque_n_m = attitude.matrix().tr_mul(&interface.torque_n_m) + self.tip_m.cross(&force_n);
+        Wrench { force_n, torque_n_m } + self.unloaded(&attitude)
     }
 
     fn reads_acceleration(&self) -> bool {
@@ -154,5 +147,68 @@ impl Noisy for Wrench {
         }
         let [x, y, z, about_x, about_y, about_z] = numbers;
         Wrench { force_n: Vector3::new(x, y, z), torque_n_m: Vector3::new(about_x, about_y, about_z) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::force_sensor::AxisCell;
+    use crate::rng::Streams;
+    use crate::space::{Axis, AxisMotion};
+
+    fn bias() -> Wrench {
+        Wrench { force_n: Vector3::new(0.0, 0.0, 2.1), torque_n_m: Vector3::zeros() }
+    }
+
+    /// On a level cell, at any pitch: the sensor of one axis, along z.
+    #[test]
+    fn a_level_sensor_reads_along_z_what_the_one_of_one_axis_reads() {
+        let space = SpaceCell::level(73.5, bias());
+        let axis = AxisCell { tool_weight_n: 73.5, bias_n: 2.1 };
+        for pitch_rad in [-0.5, 0.0, 0.1, 1.2] {
+            let attitude = UnitQuaternion::from_scaled_axis(Vector3::x() * pitch_rad);
+            // The probe's own z carries 9 N of contact.
+            let interface = Wrench { force_n: attitude * Vector3::new(0.0, 0.0, -9.0), torque_n_m: Vector3::zeros() };
+            let reading = space.reading(&Motion { attitude, ..Motion::default() }, &interface);
+            let pose = AxisMotion { pitch_rad, ..AxisMotion::default() };
+            let expected_n = ForceSensor::<Axis>::reading(&axis, &pose, &9.0);
+            // A dozen roundings of numbers up to 73.5 N.
+            assert!((reading.force_n.z - expected_n).abs() <= 16.0 * f64::EPSILON * 73.5, "{pitch_rad}");
+        }
+    }
+
+    /// A force at the tip turns the sensor about its origin; the tool's weight does so at its own centre.
+    #[test]
+    fn torque_is_about_the_origin_of_the_sensor() {
+        let mut cell = SpaceCell::level(10.0, Wrench::default());
+        cell.tip_m = Vector3::z() * 0.2;
+        cell.tool_centre_m = Vector3::z() * 0.1;
+        let push = Wrench { force_n: Vector3::x() * 5.0, torque_n_m: Vector3::zeros() };
+        let reading = cell.reading(&Motion::default(), &push);
+        // z × x = y: 0.2 m · 5 N. The weight: z × -y = x: 0.1 m · 10 N.
+        assert_eq!(reading.torque_n_m, Vector3::new(1.0, 1.0, 0.0));
+        let attitude = cell.attitude(&Motion::default());
+        assert_eq!(cell.at_tip(&attitude, &(reading - cell.unloaded(&attitude))), push);
+    }
+
+    #[test]
+    fn a_channel_without_noise_draws_nothing_and_keeps_its_reading() {
+        let some = SensorNoise { white_n: 0.1, ..SensorNoise::NONE };
+        let mut noise = WrenchNoise::NONE;
+        assert!(Wrench::silent(&noise));
+        noise.torque[1] = some;
+        let mut random = Streams::new(1).named("noise");
+        let expected = 0.1 * random.clone().normal();
+        let noisy = bias().noisy(&noise, &mut [0.0; 6], &mut random);
+        assert_eq!(noisy, bias() + Wrench { force_n: Vector3::zeros(), torque_n_m: Vector3::y() * expected });
+    }
+
+    #[test]
+    fn gravity_is_a_direction() {
+        let cell = SpaceCell { gravity: Vector3::y() * -9.81, ..SpaceCell::level(10.0, Wrench::default()) };
+        assert_eq!(cell.check().unwrap_err().limit, "is not the length of a unit vector");
+        assert!(SpaceCell::level(-1.0, Wrench::default()).check().is_err());
+        assert!(SpaceCell::level(1.0, bias()).check().is_ok());
     }
 }

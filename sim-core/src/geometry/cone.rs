@@ -53,6 +53,7 @@ impl Cone {
 }
 
 impl Geometry<Spatial> for Cone {
+    #[inline]
     fn touch(&self, achieved: &Motion) -> Touch {
         let (r, outward) = place::from_axis(achieved.position_m, achieved.velocity_m_per_s);
         let wall = self.funnel.distance(r, achieved.position_m.z);

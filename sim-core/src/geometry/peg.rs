@@ -106,12 +106,15 @@ impl Peg {
         let point_m = tip - axis * behind_m;
         let velocity = achieved.velocity_m_per_s - achieved.rate_rad_per_s.cross(&(axis * behind_m));
         let (r, outward) = place::from_axis(point_m, velocity);
-        let wall = circle(r - self.bore_radius_m, point_m.z - rim_z_m)?;
+        // On the circle itself every direction is nearest; inward is one.
+        let on_it = Distance { distance_m: 0.0, radial: -1.0, axial: 0.0 };
+        let wall = circle(r - self.bore_radius_m, point_m.z - rim_z_m).unwrap_or(on_it);
         (wall.distance_m < nearer_than_m).then_some(Near { behind_m, outward, wall })
     }
 }
 
 impl Geometry<Spatial> for Peg {
+    #[inline]
     fn touch(&self, achieved: &Motion) -> Touch {
         let axis = achieved.attitude * Vector3::z();
         let mut near = self.nose(achieved);

@@ -7,6 +7,7 @@ use nalgebra::Vector3;
 const ON_AXIS_M: f64 = 1e-12;
 
 /// The touch at the point `arm_m` away from the probe tip, where the unit normal on the probe is `normal`.
+#[inline]
 pub(super) fn touch(achieved: &Motion, arm_m: Vector3<f64>, normal: Vector3<f64>, depth_m: f64) -> Touch {
     let velocity = achieved.velocity_m_per_s + achieved.rate_rad_per_s.cross(&arm_m);
     let rate_m_per_s = -normal.dot(&velocity);

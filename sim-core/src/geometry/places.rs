@@ -57,6 +57,39 @@ fn rim_and_throat_are_circles_and_the_throat_is_open() {
     check(&cone(), &at(0.1, 0.0, depth_z + 0.019), 0.001, Vector3::z());
 }
 
+/// Once round each circle in the half plane, through face, circle, plate and wall: a distance changes by no more than the way.
+#[test]
+fn a_walk_round_rim_or_throat_meets_no_step() {
+    let peg = Peg::new(0.05, 0.3, 0.045, 0.4).unwrap();
+    // The last number is the depth beyond which the doc promises nothing: the middle line of the peg is inside the wall.
+    let places: [(&dyn Geometry<Spatial>, f64, f64, f64); 5] = [
+        (&cone(), 0.2, 0.0, 1.0),
+        (&cone(), 0.05, 0.15 * libm::sqrt(3.0), 1.0),
+        (&peg, 0.05, 0.0, 0.045),
+        (&peg, 0.05, 0.3, 0.045),
+        (&Ring::new(0.6, 0.03, 0.02).unwrap(), 0.6, 0.0, 1.0),
+    ];
+    let steps = 20_000;
+    for (geometry, circle_m, z, deepest_m) in places {
+        for away_m in [0.001, 0.01, 0.03] {
+            let step_m = core::f64::consts::TAU * away_m / f64::from(steps);
+            let depth_m = |i: i32| {
+                let (sin, cos) = libm::sincos(core::f64::consts::TAU * f64::from(i) / f64::from(steps));
+                geometry.touch(&at(circle_m + away_m * cos, 0.0, z + away_m * sin)).depth_m
+            };
+            for i in 0..steps {
+                // Lengths below a metre are rounded a few times.
+                let (here_m, there_m) = (depth_m(i), depth_m(i + 1));
+                let jump_m = (there_m - here_m).abs();
+                assert!(
+                    here_m.max(there_m) > deepest_m || jump_m <= step_m + 1e-15,
+                    "{jump_m} m over {step_m} m, {away_m} m from {circle_m} m"
+                );
+            }
+        }
+    }
+}
+
 #[test]
 fn on_the_axis_the_nearest_side_is_the_one_ahead() {
     let motion = Motion { velocity_m_per_s: Vector3::new(0.0, 0.03, 0.01), ..at(0.0, 0.0, 0.1) };

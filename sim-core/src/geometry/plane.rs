@@ -11,12 +11,14 @@ use nalgebra::Vector3;
 pub struct Plane;
 
 impl Geometry<Axis> for Plane {
+    #[inline]
     fn touch(&self, achieved: &AxisMotion) -> AxisTouch {
         AxisTouch { depth_m: achieved.position_m, rate_m_per_s: achieved.velocity_m_per_s }
     }
 }
 
 impl Geometry<Spatial> for Plane {
+    #[inline]
     fn touch(&self, achieved: &Motion) -> Touch {
         place::touch(achieved, Vector3::zeros(), -Vector3::z(), achieved.position_m.z)
     }

@@ -39,6 +39,7 @@ impl Ring {
 }
 
 impl Geometry<Spatial> for Ring {
+    #[inline]
     fn touch(&self, achieved: &Motion) -> Touch {
         let (r, outward) = place::from_axis(achieved.position_m, achieved.velocity_m_per_s);
         let reach_m = self.section_m + self.tip_m;

@@ -16,14 +16,15 @@
 //!
 //! Drift, free: `ρ += T v`, and for the attitude the implicit midpoint rule with Cayley's rotation
 //! `μ = M + (T/2) μ × J⁻¹μ`, `q ← q ⊗ (1, T J⁻¹μ/2) / |·|`.
-//! The rotation takes M to 2μ - M, so that L stays; and `μ · (M⁺ - M) ⊥ J⁻¹`: the energy `M·J⁻¹M/2` stays as well. Both hold to
-//! rounding whatever the step. The phase is of second order. No sine, no root: a drift costs a few tens of products.
+//! The rotation takes M to `M⁺ = 2μ - M`, so that L stays. The energy `M·J⁻¹M/2` changes by `(M⁺ - M)·J⁻¹μ`, and `M⁺ - M` is
+//! across `J⁻¹μ`: it stays as well. Both hold to rounding whatever the step; the phase is of second order. It takes no sine.
+//! How it is computed: `plant/lanes.rs`.
 //!
 //! Not modelled: flexible appendages, propellant, a mass that changes.
 
-use super::lanes::{Symmetric, inverse_root};
+use super::lanes::Symmetric;
 use crate::refusal::{Refusal, finite, positive};
-use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 /// What the moments and products of a body may differ from symmetry, or from a flat body, by rounding: relative.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
@@ -200,17 +201,6 @@ impl Body {
         let j = &self.inverse_inertia;
         Symmetric([j[(0, 0)], j[(1, 1)], j[(2, 2)], j[(0, 1)], j[(0, 2)], j[(1, 2)]])
     }
-
-    /// Rate of the attitude quaternion of a body with this angular momentum; the quaternion may be off unit length.
-    pub(crate) fn attitude_rate(&self, attitude: &Quaternion<f64>, spin_n_m_s: &Vector3<f64>) -> Quaternion<f64> {
-        let spin = attitude.conjugate() * Quaternion::from_imag(*spin_n_m_s) * attitude;
-        attitude * Quaternion::from_imag(self.inverse_inertia * spin.imag() * 0.5)
-    }
-}
-
-/// The quaternion at unit length.
-pub(crate) fn unit(raw: Quaternion<f64>) -> UnitQuaternion<f64> {
-    UnitQuaternion::new_unchecked(raw * inverse_root(raw.norm_squared()))
 }
 
 #[cfg(test)]
@@ -251,14 +241,6 @@ mod tests {
         // A flat plate has equality, a rod nearly no third moment.
         assert!(Body::new(1.0, turned(Vector3::new(1.0, 2.0, 3.0))).is_ok());
         assert!(Body::new(1.0, turned(Vector3::new(1e-6, 2.0, 2.0))).is_ok());
-    }
-
-    #[test]
-    fn a_quaternion_comes_to_unit_length_from_near_and_far() {
-        for size in [0.5, 0.9999, 0.99996, 1.0, 1.00004, 1.0001, 3.0] {
-            let raw = Quaternion::new(0.5, -0.5, 0.5, -0.5) * size;
-            assert!((unit(raw).norm() - 1.0).abs() <= 2.0 * f64::EPSILON, "{size}");
-        }
     }
 
     #[test]

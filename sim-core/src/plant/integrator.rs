@@ -14,8 +14,8 @@
 //! For a held force the angular momentum is a polynomial of second degree in time, which Runge-Kutta integrates exactly: it is
 //! written down as such, and only the attitude goes through the four stages.
 
-use super::body::{Body, BodyState, Push, unit};
-use super::lanes::{Symmetric, Triple, Two, cross, minus, plus, times, turned};
+use super::body::{Body, BodyState, Push};
+use super::lanes::{Symmetric, Triple, Two, attitude_rate, cross, minus, plus, sum, times, turned, unit};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 /// How a tick is integrated.
@@ -126,6 +126,8 @@ impl Pair {
     #[inline]
     pub(crate) fn advance(&self, how: Integrator, state: &mut PairState, tick_s: f64, on: &[Push; 2]) {
         let (tick, half) = (Two(tick_s, tick_s), Two(0.5 * tick_s, 0.5 * tick_s));
+        // Coming to unit length could change the last bit of an attitude that nothing turns.
+        let kept = self.bodies[1].is_fixed().then_some(state.attitude);
         match how {
             Integrator::SemiImplicit => {
                 let kick = Kick::new(on, state.position, tick);
@@ -142,15 +144,36 @@ impl Pair {
                 self.turn(state, half);
                 self.kick(state, &kick);
             }
-            Integrator::RungeKutta4 => {
-                let first = runge_kutta_4(&self.bodies[0], &state.first(), tick_s, &on[0]);
-                let second = match self.bodies[1].is_fixed() {
-                    true => state.second(),
-                    false => runge_kutta_4(&self.bodies[1], &state.second(), tick_s, &on[1]),
-                };
-                *state = PairState::new(&first, &second);
+            Integrator::RungeKutta4 => self.runge_kutta_4(state, tick, on),
+        }
+        if let Some(kept) = kept {
+            for (part, kept) in state.attitude.iter_mut().zip(kept) {
+                part.1 = kept.1;
             }
         }
+    }
+
+    fn runge_kutta_4(&self, state: &mut PairState, tick: Two, on: &[Push; 2]) {
+        let half = tick * Two(0.5, 0.5);
+        // The moment of a held force about a centre that drifts: from its average place, a quarter and half a tick on.
+        let quarter_on = plus(state.position, times(state.velocity, half * Two(0.5, 0.5)));
+        let half_on = plus(state.position, times(state.velocity, half));
+        let (to_middle, to_end) = (Kick::new(on, quarter_on, half), Kick::new(on, half_on, tick));
+        let middle = plus(state.spin, times(to_middle.moment, self.free));
+        let end = plus(state.spin, times(to_end.moment, self.free));
+        let half_inverse = Symmetric(self.inverse_inertia.0.map(|part| part * Two(0.5, 0.5)));
+        let rate = |q, spin| attitude_rate(q, spin, &half_inverse);
+        let on_by = |k: [Two; 4], time: Two| sum(state.attitude, k.map(|part| part * time));
+        let k1 = rate(state.attitude, state.spin);
+        let k2 = rate(on_by(k1, half), middle);
+        let k3 = rate(on_by(k2, half), middle);
+        let k4 = rate(on_by(k3, tick), end);
+        let inner = sum(k2, k3).map(|part| part * Two(2.0, 2.0));
+        state.attitude = unit(on_by(sum(sum(k1, inner), k4), tick * Two(1.0 / 6.0, 1.0 / 6.0)));
+        let average = plus(state.velocity, times(to_middle.impulse, self.inverse_mass));
+        state.position = plus(state.position, times(average, tick));
+        state.velocity = plus(state.velocity, times(to_end.impulse, self.inverse_mass));
+        state.spin = end;
     }
 
     #[inline(always)]
@@ -180,26 +203,5 @@ impl Kick {
         let arm = minus(beside(&on[0].point_m, &on[1].point_m), centres);
         let moment = plus(cross(arm, force), beside(&on[0].torque_n_m, &on[1].torque_n_m));
         Kick { impulse: times(force, duration), moment: times(moment, duration) }
-    }
-}
-
-fn runge_kutta_4(body: &Body, before: &BodyState, tick_s: f64, push: &Push) -> BodyState {
-    let half_s = 0.5 * tick_s;
-    let velocity_after = |time_s: f64| before.velocity_m_per_s + push.force_n * (time_s / body.mass_kg());
-    let spin_after = |time_s: f64| {
-        let mean = before.position_m + before.velocity_m_per_s * (0.5 * time_s);
-        before.spin_n_m_s + push.moment_n_m(&mean) * time_s
-    };
-    let (middle, end) = (spin_after(half_s), spin_after(tick_s));
-    let first = before.attitude.into_inner();
-    let k1 = body.attitude_rate(&first, &before.spin_n_m_s);
-    let k2 = body.attitude_rate(&(first + k1 * half_s), &middle);
-    let k3 = body.attitude_rate(&(first + k2 * half_s), &middle);
-    let k4 = body.attitude_rate(&(first + k3 * tick_s), &end);
-    BodyState {
-        position_m: before.position_m + velocity_after(half_s) * tick_s,
-        attitude: unit(first + (k1 + (k2 + k3) * 2.0 + k4) * (tick_s / 6.0)),
-        velocity_m_per_s: velocity_after(tick_s),
-        spin_n_m_s: end,
     }
 }

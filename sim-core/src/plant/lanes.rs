@@ -127,12 +127,40 @@ impl<T: Lane> Symmetric<T> {
 #[inline(always)]
 pub(crate) fn turned<T: Lane>(q: [T; 4], spin: Triple<T>, half_inverse: &Symmetric<T>) -> [T; 4] {
     let half = half_turn(in_body(q, spin), half_inverse);
-    let (w, v) = (q[0], [q[1], q[2], q[3]]);
-    let vector = plus(plus(times(half, w), v), cross(v, half));
-    let raw = [w - dot(v, half), vector[0], vector[1], vector[2]];
-    // |raw|² = |q|² (1 + |half|²): known before the product is.
-    let size = (w * w + dot(v, v)) * (T::all(1.0) + dot(half, half));
-    raw.map(|part| part * inverse_root(size))
+    let raw = sum(q, product(q, half));
+    // |raw|² = |q|² (1 + |half|²). The first factor is one but for rounding, and known before the turn is.
+    let [w, x, y, z] = q;
+    let keep = T::all(1.5) - (w * w + x * x + (y * y + z * z)) * T::all(0.5);
+    let scale = inverse_root_above(dot(half, half)) * keep;
+    raw.map(|part| part * scale)
+}
+
+/// Rate of the attitude of a body with this angular momentum; `half_inverse` is `J⁻¹/2`, and q may be a little off unit length.
+#[inline(always)]
+pub(crate) fn attitude_rate<T: Lane>(q: [T; 4], spin: Triple<T>, half_inverse: &Symmetric<T>) -> [T; 4] {
+    product(q, half_inverse.times(in_body(q, spin)))
+}
+
+/// `q + other`.
+#[inline(always)]
+pub(crate) fn sum<T: Lane>(q: [T; 4], other: [T; 4]) -> [T; 4] {
+    [q[0] + other[0], q[1] + other[1], q[2] + other[2], q[3] + other[3]]
+}
+
+/// `q ⊗ (0, v)`.
+#[inline(always)]
+fn product<T: Lane>(q: [T; 4], v: Triple<T>) -> [T; 4] {
+    let u = [q[1], q[2], q[3]];
+    let [x, y, z] = plus(times(v, q[0]), cross(u, v));
+    [T::all(0.0) - dot(u, v), x, y, z]
+}
+
+/// The quaternion at unit length, if it is within a tick's turn of it.
+#[inline(always)]
+pub(crate) fn unit<T: Lane>(q: [T; 4]) -> [T; 4] {
+    let [w, x, y, z] = q;
+    let scale = inverse_root_above(w * w + x * x + (y * y + z * z) - T::all(1.0));
+    q.map(|part| part * scale)
 }
 
 /// A vector of global axes, in the axes of a body at the attitude q.
@@ -166,16 +194,47 @@ fn half_turn<T: Lane>(spin: Triple<T>, half_inverse: &Symmetric<T>) -> Triple<T>
     half_inverse.times(middle)
 }
 
-/// `1/√size`. Near one it is a series, whose next term is below rounding: 35/128 of the fourth power of 1e-4.
+/// `1/√(1 + off)`. Near one it is a series, whose next term is below rounding: 35/128 of the fourth power of 1e-4.
 #[inline(always)]
-pub(crate) fn inverse_root<T: Lane>(size: T) -> T {
+fn inverse_root_above<T: Lane>(off: T) -> T {
     const NEAR: f64 = 1e-4;
-    let off = size - T::all(1.0);
-    if (off * off).within(T::all(NEAR * NEAR)) {
-        let square = off * off;
+    let square = off * off;
+    if square.within(T::all(NEAR * NEAR)) {
         let outer = T::all(0.375) - off * T::all(0.3125);
-        T::all(1.0) - off * T::all(0.5) + square * outer
+        (T::all(1.0) - off * T::all(0.5)) + square * outer
     } else {
-        size.root().inverse()
+        (T::all(1.0) + off).root().inverse()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quaternion_comes_to_unit_length_from_near_and_far() {
+        for size in [0.5, 0.9999, 0.99996, 1.0, 1.00004, 1.0001, 3.0] {
+            let q = unit([0.5, -0.5, 0.5, -0.5].map(|part| part * size));
+            let norm = libm::sqrt(q.iter().map(|part| part * part).sum());
+            assert!((norm - 1.0).abs() <= 2.0 * f64::EPSILON, "{size}");
+        }
+    }
+
+    /// Both lanes do what one alone does.
+    #[test]
+    fn two_lanes_are_two_bodies() {
+        let attitudes = [[0.8, 0.0, 0.6, 0.0], [0.5, 0.5, -0.5, 0.5]];
+        let spins = [[0.3, -0.2, 0.5], [0.4, 0.1, -0.3]];
+        let inverses = [Symmetric([2e-4, 3e-4, 4e-4, 1e-5, 0.0, 2e-5]), Symmetric([3e-4, 2e-4, 2e-4, 0.0, 1e-5, 0.0])];
+        let beside = |a: f64, b: f64| Two(a, b);
+        let both = turned(
+            core::array::from_fn(|i| beside(attitudes[0][i], attitudes[1][i])),
+            core::array::from_fn(|i| beside(spins[0][i], spins[1][i])),
+            &Symmetric(core::array::from_fn(|i| beside(inverses[0].0[i], inverses[1].0[i]))),
+        );
+        for (lane, get) in [|two: &Two| two.0, |two: &Two| two.1].iter().enumerate() {
+            let alone = turned(attitudes[lane], spins[lane], &inverses[lane]);
+            assert_eq!(both.each_ref().map(get).map(f64::to_bits), alone.map(f64::to_bits));
+        }
     }
 }

@@ -318,6 +318,16 @@ mod tests {
         let chaser = Body::new(60.0, inertia(3.0, 4.0, 5.0, 0.3)).unwrap();
         let bodies =
             TwoBody::new(chaser, Body::fixed(), Pose::default(), Pose::default(), Integrator::ExactHold).unwrap();
+        for integrator in [Integrator::SemiImplicit, Integrator::ExactHold, Integrator::RungeKutta4] {
+            let nozzle = Pose::new(Vector3::x(), turn(0.1, 0.7, -0.9));
+            let askew = TwoBody::new(chaser, Body::fixed(), Pose::default(), nozzle, integrator).unwrap();
+            let mut state = askew.start(&approach());
+            let target = state.target();
+            for _ in 0..100 {
+                askew.step(&mut state, step(1_000_000), &Wrench { force_n: Vector3::x(), torque_n_m: Vector3::y() });
+            }
+            assert_eq!(state.target(), target, "to the bit");
+        }
         let mut state = bodies.start(&approach());
         let target = state.target();
         let force_n = Vector3::new(1.0, 2.0, -3.0);

@@ -187,7 +187,7 @@ impl SampledLoop {
         }
         for second_order in [self.robot, self.sensing.low_pass].into_iter().flatten() {
             positive("natural_frequency_hz", second_order.natural_frequency_hz, "Hz")?;
-            not_negative("damping_ratio", second_order.damping_ratio, "")?;
+            not_negative("damping_ratio", second_order.damping_ratio, "of critical")?;
         }
         if self.arrival == Arrival::LineTo && self.dead_time_s < self.tick_s {
             let limit = "is shorter than the line to the command, which has to be known when it starts";
@@ -261,7 +261,12 @@ impl Tick {
     fn growth(&self, sampled: &SampledLoop) -> Result<f64, Refusal> {
         let matrix = self.monodromy(sampled);
         let (name, value) = ("states of the loop", matrix.nrows() as f64);
-        spectral_radius(matrix).ok_or(Refusal { name, value, unit: "", limit: "whose eigenvalues cannot be told" })
+        spectral_radius(matrix).ok_or(Refusal {
+            name,
+            value,
+            unit: "rows",
+            limit: "give a matrix whose eigenvalues cannot be told",
+        })
     }
 }
 

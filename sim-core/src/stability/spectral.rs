@@ -18,19 +18,24 @@
 //! | A, Aⱼ | rates of the state from the state now and τⱼ ago | 1/s |
 //! | Cⱼ | share of the rate of τⱼ ago | 1 |
 //! | τⱼ | delays | s |
-//! | M, Kⱼ, Bⱼ, Mⱼ | mass, and stiffness, damping and inertia that act with delay τⱼ | kg, N/m, N s/m, kg |
 //!
 //! Not modelled: contact that opens, sampling (`sampled`). Source: `reference/PHYSICS.md`, sections 2.1 and 3.1.
 
 use super::chebyshev::{differentiation, interpolation};
 use super::eigen::{eigenvalues, exponential, modulus, spectral_radius};
+pub use super::mechanical::DelayedForce;
 use crate::refusal::{Refusal, not_negative};
 use alloc::vec::Vec;
 use nalgebra::{Complex, DMatrix, DVector};
 
 /// Nodes on the delay interval: at least, and at most (times the states, so that the matrix stays in reach).
 const NODES_MIN: f64 = 12.0;
-const SIZE_MAX: usize = 900;
+const SIZE_MAX: usize = 400;
+/// Nodes for a neutral system, whose bound R is loose near r = 1: roots of higher frequency belong to the chain that r judges.
+const NODES_NEUTRAL: usize = 60;
+/// Where a root at zero is certain, a root below this share of 1/τ_max is that one, with Newton's method settled or not.
+const SETTLED_ZERO: f64 = 1e-6;
+const UNSETTLED_ZERO: f64 = 1e-3;
 /// Steps of Newton's method; it doubles the digits with each.
 const NEWTON_STEPS: usize = 40;
 
@@ -45,33 +50,12 @@ pub struct Delayed {
     pub on_rate: DMatrix<f64>,
 }
 
-/// Forces of a mechanical system with one delay, all resisting: `M x'' + Σ (Mⱼ x'' + Bⱼ x' + Kⱼ x)(t - τⱼ) = 0`.
-#[derive(Debug, Clone, PartialEq)]
-pub struct DelayedForce {
-    /// The delay τ; zero is allowed.
-    pub delay_s: f64,
-    /// Stiffness K, N/m (N m/rad for angles).
-    pub stiffness: DMatrix<f64>,
-    /// Damping B, N s/m.
-    pub damping: DMatrix<f64>,
-    /// Inertia that is felt late, kg: a tool between sensor and contact.
-    pub inertia: DMatrix<f64>,
-}
-
-impl DelayedForce {
-    /// A spring and a damper.
-    pub fn spring_dashpot(delay_s: f64, stiffness: DMatrix<f64>, damping: DMatrix<f64>) -> Self {
-        let inertia = DMatrix::zeros(stiffness.nrows(), stiffness.ncols());
-        DelayedForce { delay_s, stiffness, damping, inertia }
-    }
-}
-
 /// A linear system with delays.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DelayedSystem {
     now: DMatrix<f64>,
     delayed: Vec<Delayed>,
-    rigid_modes: usize,
+    pub(super) rigid_modes: usize,
 }
 
 /// One characteristic root; its conjugate is meant too.
@@ -90,6 +74,8 @@ pub struct Spectrum {
     pub roots: Vec<Root>,
     /// Directions in which no force acts: a double root at zero each, left out of `roots`.
     pub rigid_modes: usize,
+    /// Whether there is a root at zero beside them: a motion that nothing brings back. It is left out of `roots`.
+    pub root_at_zero: bool,
     /// r of the neutral part; 0 if it has none. From 1 on the system is unstable at frequencies without bound.
     pub neutral_radius: f64,
 }
@@ -105,12 +91,12 @@ impl DelayedSystem {
     /// A system from its matrices. Refuses delays without meaning, and a rate fed back without delay.
     pub fn new(now: DMatrix<f64>, delayed: Vec<Delayed>) -> Result<Self, Refusal> {
         let n = now.nrows();
-        shaped("rows of a state matrix", &now, n)?;
+        shaped("state matrix", &now, n)?;
         let mut system = DelayedSystem { now, delayed: Vec::new(), rigid_modes: 0 };
         for term in delayed {
             not_negative("delay_s", term.delay_s, "s")?;
-            shaped("rows of a delayed state matrix", &term.on_state, n)?;
-            shaped("rows of a delayed rate matrix", &term.on_rate, n)?;
+            shaped("delayed state matrix", &term.on_state, n)?;
+            shaped("delayed rate matrix", &term.on_rate, n)?;
             let neutral = term.on_rate.iter().any(|&value| value != 0.0);
             if term.delay_s == 0.0 && neutral {
                 return Err(Refusal { name: "delay_s", value: 0.0, unit: "s", limit: "feeds a rate back at once" });
@@ -129,65 +115,15 @@ impl DelayedSystem {
         Ok(system)
     }
 
-    /// A mechanical system with as many axes as `mass_kg` has rows: six for two docking satellites, one along the axis.
-    ///
-    /// Directions that meet no force at all (a normal contact in the plane leaves the tangential one) are taken out and counted.
-    pub fn mechanical(mass_kg: &DMatrix<f64>, forces: &[DelayedForce]) -> Result<Self, Refusal> {
-        shaped("rows of the mass matrix", mass_kg, mass_kg.nrows())?;
-        let mass_kg = forces.iter().filter(|force| force.delay_s == 0.0).fold(mass_kg.clone(), |sum, force| {
-            if force.inertia.shape() == sum.shape() { sum + &force.inertia } else { sum }
-        });
-        let limit = "has no inverse: a direction without mass";
-        let refusal = Refusal { name: "determinant of the mass matrix", value: 0.0, unit: "", limit };
-        let mobility = mass_kg.try_inverse().ok_or(refusal)?;
-        DelayedSystem::assembled(&mobility, forces)
-    }
-
-    /// The same from the inverse of the mass matrix, which is what contact coordinates have: `J M⁻¹ Jᵀ`.
-    pub fn with_mobility(mobility_per_kg: &DMatrix<f64>, forces: &[DelayedForce]) -> Result<Self, Refusal> {
-        if forces.iter().any(|force| force.delay_s == 0.0 && force.inertia.iter().any(|&value| value != 0.0)) {
-            return Err(Refusal {
-                name: "delay_s",
-                value: 0.0,
-                unit: "s",
-                limit: "of an inertia: it belongs to the mass",
-            });
-        }
-        DelayedSystem::assembled(mobility_per_kg, forces)
-    }
-
-    /// Inertia that acts at once is in the mobility already.
-    fn assembled(mobility_per_kg: &DMatrix<f64>, forces: &[DelayedForce]) -> Result<Self, Refusal> {
-        let axes = mobility_per_kg.nrows();
-        shaped("rows of the inverse mass matrix", mobility_per_kg, axes)?;
-        for force in forces {
-            for matrix in [&force.stiffness, &force.damping, &force.inertia] {
-                shaped("rows of a force matrix", matrix, axes)?;
-            }
-        }
-        let felt = felt_directions(axes, forces);
-        let n = felt.nrows();
-        let reduced = |matrix: &DMatrix<f64>| &felt * mobility_per_kg * matrix * felt.transpose();
-        let mut now = DMatrix::zeros(2 * n, 2 * n);
-        now.view_mut((0, n), (n, n)).fill_with_identity();
-        let delayed = forces.iter().map(|force| {
-            let mut on_state = DMatrix::zeros(2 * n, 2 * n);
-            on_state.view_mut((n, 0), (n, n)).copy_from(&-reduced(&force.stiffness));
-            on_state.view_mut((n, n), (n, n)).copy_from(&-reduced(&force.damping));
-            let mut on_rate = DMatrix::zeros(2 * n, 2 * n);
-            if force.delay_s > 0.0 {
-                on_rate.view_mut((n, n), (n, n)).copy_from(&-reduced(&force.inertia));
-            }
-            Delayed { delay_s: force.delay_s, on_state, on_rate }
-        });
-        let system = DelayedSystem::new(now, delayed.collect())?;
-        Ok(DelayedSystem { rigid_modes: axes - n, ..system })
-    }
-
     /// The rightmost roots, at most `count`, conjugates counted once.
     pub fn rightmost(&self, count: usize) -> Result<Spectrum, Refusal> {
         let neutral_radius = self.neutral_radius()?;
-        let mut spectrum = Spectrum { roots: Vec::new(), rigid_modes: self.rigid_modes, neutral_radius };
+        let mut spectrum = Spectrum {
+            roots: Vec::new(),
+            rigid_modes: self.rigid_modes,
+            root_at_zero: self.root_at_zero(),
+            neutral_radius,
+        };
         if self.now.nrows() == 0 || neutral_radius >= 1.0 {
             return Ok(spectrum);
         }
@@ -200,8 +136,16 @@ impl DelayedSystem {
         // Some starts more than asked for: Newton's method may change their order, and merges those that are one root. What
         // it does not settle on is no root but an artefact of the nodes, far to the left.
         let mut unsettled = f64::NEG_INFINITY;
+        let span_s = self.longest_delay_s();
+        let rate_per_s = if span_s > 0.0 { 1.0 / span_s } else { self.largest_unstable_rad_per_s() };
         for &start in starts.iter().take(2 * count + 4) {
-            let Some(root) = self.polished(start) else {
+            let settled = self.polished(start);
+            // A double root at zero is moved by the root of its rounding, and Newton's method only creeps back to it.
+            let reach = if settled.is_some() { SETTLED_ZERO } else { UNSETTLED_ZERO };
+            if spectrum.root_at_zero && modulus(settled.unwrap_or(start)) < reach * rate_per_s {
+                continue;
+            }
+            let Some(root) = settled else {
                 unsettled = unsettled.max(start.re);
                 continue;
             };
@@ -215,7 +159,8 @@ impl DelayedSystem {
         }
         spectrum.roots.sort_by(|a, b| b.growth_per_s.total_cmp(&a.growth_per_s));
         spectrum.roots.truncate(count);
-        if spectrum.roots.first().is_none_or(|root| root.growth_per_s < unsettled) {
+        let rightmost = spectrum.roots.first().map_or(f64::NEG_INFINITY, |root| root.growth_per_s);
+        if unsettled > rightmost {
             let limit = "is the growth of a root that Newton's method does not settle on";
             return Err(Refusal { name: "growth_per_s", value: unsettled, unit: "1/s", limit });
         }
@@ -297,14 +242,13 @@ impl DelayedSystem {
             return Ok(self.now.clone());
         }
         let wanted = NODES_MIN + self.largest_unstable_rad_per_s() * span_s;
-        let nodes = if wanted * n as f64 <= SIZE_MAX as f64 {
+        let nodes = if self.is_neutral() {
+            (libm::ceil(wanted.min(NODES_NEUTRAL as f64)) as usize).min(SIZE_MAX / n)
+        } else if wanted * n as f64 <= SIZE_MAX as f64 {
             libm::ceil(wanted) as usize
-        } else if self.is_neutral() {
-            // The bound is loose near r = 1, where roots of high frequency are of the chain that r already judges.
-            SIZE_MAX / n
         } else {
             let limit = "is too many for the spectral method: delay times stiffness is out of proportion";
-            return Err(Refusal { name: "nodes", value: wanted, unit: "", limit });
+            return Err(Refusal { name: "nodes", value: wanted, unit: "rows", limit });
         };
         let slopes = differentiation(nodes) * (2.0 / span_s);
         let mut generator = DMatrix::zeros((nodes + 1) * n, (nodes + 1) * n);
@@ -324,6 +268,16 @@ impl DelayedSystem {
             }
         }
         Ok(generator)
+    }
+
+    /// Whether Δ(0) has no inverse.
+    fn root_at_zero(&self) -> bool {
+        let sum = self.delayed.iter().fold(self.now.clone(), |sum, term| sum + &term.on_state);
+        if sum.is_empty() {
+            return false;
+        }
+        let values = sum.singular_values();
+        values.min() <= 1e-13 * values.max()
     }
 
     fn is_neutral(&self) -> bool {
@@ -352,32 +306,18 @@ impl DelayedSystem {
     }
 }
 
-/// An orthonormal basis, row by row, of the directions whose displacement any force answers.
-fn felt_directions(axes: usize, forces: &[DelayedForce]) -> DMatrix<f64> {
-    let mut gram = DMatrix::zeros(axes, axes);
-    for matrix in forces.iter().flat_map(|force| [&force.stiffness, &force.damping, &force.inertia]) {
-        let size = matrix.norm();
-        if size > 0.0 {
-            // Each counts by its shape, not by its unit.
-            gram += matrix.transpose() * matrix / (size * size);
-        }
-    }
-    let parts = gram.symmetric_eigen();
-    let largest = parts.eigenvalues.iter().copied().fold(0.0, f64::max);
-    // Squares: a direction counts as free where it is felt by less than 1e-7 of the strongest.
-    let rows: Vec<_> = (0..axes)
-        .filter(|&i| parts.eigenvalues[i] > 1e-14 * largest)
-        .map(|i| parts.eigenvectors.column(i).transpose())
-        .collect();
-    if rows.is_empty() { DMatrix::zeros(0, axes) } else { DMatrix::from_rows(&rows) }
-}
-
-fn shaped(name: &'static str, matrix: &DMatrix<f64>, n: usize) -> Result<(), Refusal> {
+/// Square, of this size, and finite.
+pub(super) fn shaped(name: &'static str, matrix: &DMatrix<f64>, n: usize) -> Result<(), Refusal> {
     if matrix.nrows() != n || matrix.ncols() != n {
-        return Err(Refusal { name, value: matrix.nrows() as f64, unit: "", limit: "does not fit the other matrices" });
+        return Err(Refusal {
+            name,
+            value: matrix.nrows() as f64,
+            unit: "rows",
+            limit: "does not fit the other matrices",
+        });
     }
     match matrix.iter().find(|value| !value.is_finite()) {
-        Some(&value) => Err(Refusal { name, value, unit: "", limit: "is not a finite number" }),
+        Some(&value) => Err(Refusal { name, value, unit: "as an entry", limit: "is not a finite number" }),
         None => Ok(()),
     }
 }

@@ -58,7 +58,7 @@ impl ScalarLoop {
     /// From the coefficients, highest first. Refuses a delayed part of P's degree or more.
     pub fn new(undelayed: &[f64], delayed: &[f64]) -> Result<Self, Refusal> {
         for &value in undelayed.iter().chain(delayed) {
-            finite("coefficient", value, "")?;
+            finite("coefficient", value, "of the loop")?;
         }
         let trimmed = |all: &[f64]| -> Vec<f64> { all.iter().copied().skip_while(|&value| value == 0.0).collect() };
         let (undelayed, delayed) = (trimmed(undelayed), trimmed(delayed));
@@ -67,7 +67,7 @@ impl ScalarLoop {
             return Err(Refusal {
                 name: "degree of the delayed part",
                 value: delayed.len() as f64 - 1.0,
-                unit: "",
+                unit: "in s",
                 limit,
             });
         }
@@ -153,7 +153,12 @@ impl ScalarLoop {
 }
 
 fn lost() -> Refusal {
-    Refusal { name: "coefficients", value: f64::NAN, unit: "", limit: "give a polynomial whose roots cannot be told" }
+    Refusal {
+        name: "coefficients",
+        value: f64::NAN,
+        unit: "of the loop",
+        limit: "give a polynomial whose roots cannot be told",
+    }
 }
 
 /// The value of a polynomial, highest coefficient first.

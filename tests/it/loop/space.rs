@@ -47,8 +47,7 @@ pub(super) fn aligned() -> DockingSpace<Plane, SpringDashpot> {
             },
             dead_band_n: one.compensator.dead_band_n,
             dead_band_n_m: 0.01,
-            architecture: Architecture::Hybrid,
-            ..HybridSpace::pure_hardware(sensor)
+            ..HybridSpace::new(sensor)
         },
     }
 }
@@ -157,8 +156,7 @@ pub(super) mod askew {
                 onset_m: 0.13,
                 dead_band_n: 0.25,
                 dead_band_n_m: 0.02,
-                architecture: Architecture::Hybrid,
-                ..HybridSpace::pure_hardware(sensor)
+                ..HybridSpace::new(sensor)
             },
         }
     }
@@ -216,7 +214,7 @@ fn both_bodies_keep_their_momentum_in_contact() {
 #[test]
 fn a_known_tool_is_taken_out_at_any_attitude() {
     let mut rig = askew::cell();
-    rig.compensator = HybridSpace::pure_hardware(rig.sensor);
+    rig.compensator = HybridSpace::new(rig.sensor);
     let mut start = askew::start(0.4);
     start.first.velocity_m_per_s = Vector3::zeros();
     start.first.rate_rad_per_s = Vector3::zeros();

@@ -7,6 +7,9 @@ use super::table::{numbers, row, table, words};
 use super::words::{Scale, counted, joined, listed, number};
 use crate::compare::{CompareVerdict, Difference, Measurements, Outcome, RunAgainst, Verdict};
 
+/// An uncertainty below this share of its value is rounding. Chosen: far below any sensor, far above a sum of a hundred doubles.
+const ROUNDING: f64 = 1e-9;
+
 /// The page of recordings against a reference. `command` makes it again.
 pub fn measurements(answer: &Measurements, command: &str, provenance: &[(String, String)]) -> Page {
     Page {
@@ -19,10 +22,10 @@ pub fn measurements(answer: &Measurements, command: &str, provenance: &[(String,
         verdict: verdict(answer),
         sentences: answer.findings.clone(),
         command: command.to_owned(),
-        charts: Vec::new(),
         heat: Vec::new(),
         plots: answer.runs.iter().enumerate().map(|(place, run)| group(place, run, &answer.reference)).collect(),
         loops: Vec::new(),
+        charts: Vec::new(),
         tables: limits(answer).into_iter().chain(answer.runs.iter().filter_map(quantities)).collect(),
         ladder: None,
         provenance: provenance.to_vec(),
@@ -94,7 +97,6 @@ fn quantities(run: &RunAgainst) -> Option<Table> {
             with_uncertainty(one.reference, one.reference_uncertainty, &scale),
             with_uncertainty(one.difference, one.uncertainty, &scale),
             word.to_owned(),
-            one.about.clone(),
         ];
         row(tone, cells)
     });
@@ -104,13 +106,17 @@ fn quantities(run: &RunAgainst) -> Option<Table> {
         numbers("reference ± 2u"),
         numbers("difference ± 2u"),
         words("verdict"),
-        words("how"),
     ];
-    table(Section::Quantities, &run.file, "Difference: this recording minus the reference.", columns, rows.collect())
+    let how: Vec<String> =
+        run.quantities.iter().map(|one| format!("{}: {}", channel_of_key(&one.name), one.about)).collect();
+    let note = format!("Difference: this recording minus the reference. {}.", how.join(". "));
+    table(Section::Quantities, &run.file, note, columns, rows.collect())
 }
 
 fn with_uncertainty(value: Option<f64>, twice: Option<f64>, scale: &Scale) -> String {
     match (value, twice) {
+        // What was recorded exactly has the scatter of rounding.
+        (Some(value), Some(twice)) if twice < ROUNDING * value.abs() => scale.with_sd(value, 0.0),
         (Some(value), Some(twice)) => scale.with_sd(value, twice),
         (Some(value), None) => format!("{}, u unknown", joined(&number(value * scale.factor), &scale.unit)),
         _ => "–".to_owned(),

@@ -13,6 +13,7 @@
 //! | `ladder` | the error ladder, also as a page of its own |
 //! | `comparison` | the page of a comparison: limits, blocks, quantities |
 //! | `compared` | curves of a comparison |
+//! | `stability` | the page of `dockhil stability` |
 //! | `measurements` | the page of two measurements |
 //! | `words` | numbers, units and names as text |
 
@@ -25,6 +26,7 @@ mod measurements;
 mod missing;
 mod quantities;
 mod signals;
+mod stability;
 mod table;
 pub mod words;
 
@@ -32,3 +34,4 @@ pub use comparison::comparison;
 pub use diagnosis::diagnosis;
 pub use ladder::ladder_page;
 pub use measurements::measurements;
+pub use stability::stability_page;

@@ -4,6 +4,8 @@
 //! gets it. Each file says what the method is good for and how it fails; the numbers are those of the loop that
 //! `tests/it/compensators.rs` runs: 63.2 kg on a spring of 1066 N/m behind 36 ms, 35 mm/s, where restitution without compensation is
 //! 1.276 instead of 1.
+//!
+//! Wave variables are not here: they need a robot that answers to a wave instead of a position, and the facility's do not.
 
 use crate::refusal::Refusal;
 use crate::space::AxisMotion;

@@ -11,7 +11,8 @@
 //! | T | tick of the loop | s |
 //!
 //! Benefit: the lead alone compensates too little, this predictor compensates to the second order in ω τ; no stiffness is needed.
-//! Failure: the noise gain is that of a lead and more, and a dead band leaves edges that it answers with impulses.
+//! Failure: noise is multiplied by 19.1 at τ = 9 T, more than by a lead, and the edges of a dead band are answered with impulses
+//! (published: 1.015 and 0.653 instead of 1 and 0.729).
 
 use super::phase_lead::PhaseLeadState;
 use super::{DelayCompensation, Felt};

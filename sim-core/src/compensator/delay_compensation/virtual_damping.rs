@@ -6,7 +6,7 @@
 //! | τ | believed delay of the loop | s |
 //! | v | commanded velocity, positive closes | m/s |
 //!
-//! Benefit: a delayed spring behaves as one without delay and a damping of -k τ, and this takes it away: 1.276 becomes 1.013.
+//! Benefit: a delayed spring behaves as one without delay and a damping of -k τ, and this takes it away: 1.276 becomes 1.012.
 //! Failure: a stiffness or delay that is believed wrong by 30 % leaves 7 % of restitution, a spring that stiffens leaves more;
 //! b saturates near π m / (2 τ); the damping acts only while contact is felt, which is later than contact.
 

@@ -14,8 +14,7 @@ pub fn axis(steps: usize) -> f64 {
     let (mut position_m, mut velocity) = (-0.010_13_f64, 0.035_f64);
     for _ in 0..steps {
         let force_n = ring[head];
-        ring[head] =
-            if position_m > 0.0 { (stiffness * position_m + damping * velocity).max(0.0) } else { 0.0 };
+        ring[head] = if position_m > 0.0 { (stiffness * position_m + damping * velocity).max(0.0) } else { 0.0 };
         head = if head + 1 == LATE { 0 } else { head + 1 };
         velocity -= force_n * STEP_S / mass_kg;
         position_m += velocity * STEP_S;
@@ -23,7 +22,7 @@ pub fn axis(steps: usize) -> f64 {
     velocity
 }
 
-/// A free body whose interface sits at `arm` in its own axes.
+/// A free body.
 struct Free {
     position_m: Vector3<f64>,
     attitude: UnitQuaternion<f64>,
@@ -45,12 +44,16 @@ impl Free {
             rate: Vector3::new(0.01, -0.02, 0.005),
             mass_kg,
             inertia,
-            inverse: inertia.try_inverse().expect("a diagonal that dominates"),
+            inverse: inertia.try_inverse().expect("its diagonal dominates"),
         }
     }
 
-    fn advance(&mut self, force_n: &Vector3<f64>, at_m: &Vector3<f64>) {
-        let torque = self.attitude.inverse() * (at_m - self.position_m).cross(force_n);
+    fn axes(&self) -> Matrix3<f64> {
+        self.attitude.to_rotation_matrix().into_inner()
+    }
+
+    fn advance(&mut self, axes: &Matrix3<f64>, force_n: &Vector3<f64>, at_m: &Vector3<f64>) {
+        let torque = axes.tr_mul(&(at_m - self.position_m).cross(force_n));
         self.velocity += force_n * (STEP_S / self.mass_kg);
         self.position_m += self.velocity * STEP_S;
         let gyration = self.rate.cross(&(self.inertia * self.rate));
@@ -71,19 +74,20 @@ pub fn space(steps: usize) -> f64 {
     let mut ring = [Vector3::zeros(); LATE];
     let mut head = 0;
     for _ in 0..steps {
-        let arm_m = chaser.attitude * probe_m;
+        let (probe, nozzle) = (chaser.axes(), target.axes());
+        let arm_m = probe * probe_m;
         let tip_m = chaser.position_m + arm_m;
-        let seat_m = target.position_m + target.attitude * nozzle_m;
-        let normal = target.attitude * Vector3::z();
+        let seat_m = target.position_m + nozzle * nozzle_m;
+        let normal = nozzle.column(2).into_owned();
         let depth_m = normal.dot(&(tip_m - seat_m));
-        let tip = chaser.velocity + (chaser.attitude * chaser.rate).cross(&arm_m);
-        let seat = target.velocity + (target.attitude * target.rate).cross(&(tip_m - target.position_m));
-        let push_n = if depth_m > 0.0 { (stiffness * depth_m + damping * normal.dot(&(tip - seat))).max(0.0) } else { 0.0 };
+        let tip = chaser.velocity + (probe * chaser.rate).cross(&arm_m);
+        let seat = target.velocity + (nozzle * target.rate).cross(&(tip_m - target.position_m));
+        let pressed_n = stiffness * depth_m + damping * normal.dot(&(tip - seat));
         let force_n = ring[head];
-        ring[head] = normal * -push_n;
+        ring[head] = normal * if depth_m > 0.0 { -pressed_n.max(0.0) } else { 0.0 };
         head = if head + 1 == LATE { 0 } else { head + 1 };
-        chaser.advance(&force_n, &tip_m);
-        target.advance(&-force_n, &tip_m);
+        chaser.advance(&probe, &force_n, &tip_m);
+        target.advance(&nozzle, &-force_n, &tip_m);
     }
     chaser.velocity.z
 }

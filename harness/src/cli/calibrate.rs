@@ -1,0 +1,139 @@
+//! `dockhil calibrate`: a force/torque sensor and its tool from poses at rest.
+
+use super::console::Console;
+use super::inputs::{self, Reading};
+use super::outcome::Exit;
+use crate::calibrate::{FtRequest, calibrate_ft, text, write_calibration};
+use crate::error::Error;
+use crate::model::Editor;
+use crate::recording::{AxisName, Session};
+use clap::{Args, Subcommand};
+use sim_core::calibration::{Noise, Terms};
+use sim_core::effect::Catalog;
+use sim_core::space::Axis;
+use std::path::{Path, PathBuf};
+
+/// Arguments of `dockhil calibrate`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    /// Bias, mass, centre of mass and misalignment of a force/torque sensor and its tool, from poses at rest.
+    Ft(Ft),
+}
+
+#[derive(Debug, Args)]
+struct Ft {
+    /// Recordings in which the robot stands in several attitudes, for a second or longer in each.
+    #[arg(required = true, value_name = "RECORDING")]
+    recordings: Vec<PathBuf>,
+    /// The model file that takes the result; its comments stay.
+    #[arg(long, value_name = "MODEL.toml")]
+    model: Option<PathBuf>,
+    /// Replace the calibration that the model holds.
+    #[arg(long, requires = "model")]
+    force: bool,
+    /// Save the numbers as JSON; `-` prints them instead of the text.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    /// Noise of a pose's mean force; without it, the residuals tell.
+    #[arg(long, value_name = "N", requires = "torque_sigma_n_m")]
+    force_sigma_n: Option<f64>,
+    /// Noise of a pose's mean torque.
+    #[arg(long, value_name = "N_M", requires = "force_sigma_n")]
+    torque_sigma_n_m: Option<f64>,
+    /// Take the sensor's axes as they are given.
+    #[arg(long)]
+    no_misalignment: bool,
+    /// Estimate the part of the crosstalk that a weight can show.
+    #[arg(long)]
+    crosstalk: bool,
+    /// Estimate the drift of the bias with temperature: `ft_temperature_c` of each recording.
+    #[arg(long)]
+    temperature: bool,
+    #[command(flatten)]
+    reading: Reading,
+}
+
+impl Arguments {
+    /// Does what was asked for.
+    pub fn run(&self, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Exit, Error> {
+        match &self.verb {
+            Verb::Ft(ft) => ft.run(catalog, console),
+        }
+    }
+}
+
+impl Ft {
+    fn run(&self, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Exit, Error> {
+        let read = || self.recordings.iter().chain(&self.model).chain(&self.reading.map);
+        if let Some(path) = self.json.as_deref().filter(|path| *path != Path::new("-")) {
+            inputs::writable(path)?;
+            inputs::not_read(path, read())?;
+        }
+        let editor = self.model.as_ref().map(|path| open(path, self.force, catalog)).transpose()?;
+        let options = self.reading.options()?;
+        let sessions = self.reading.sessions(&self.recordings, console)?;
+        inputs::each_once(&sessions.iter().collect::<Vec<_>>())?;
+        let noise = self.force_sigma_n.zip(self.torque_sigma_n_m);
+        let found = calibrate_ft(&FtRequest {
+            sessions: &sessions,
+            sensor: &options.map.sensor,
+            terms: Terms {
+                misalignment: !self.no_misalignment,
+                crosstalk: self.crosstalk,
+                temperature: self.temperature,
+            },
+            noise: noise.map(|(force_sigma_n, torque_sigma_n_m)| Noise { force_sigma_n, torque_sigma_n_m }),
+        })?;
+        let mut said = text(&found);
+        if let (Some(path), Some(mut editor)) = (&self.model, editor) {
+            write_calibration(
+                &mut editor,
+                &found.section(&source(&sessions, found.poses.len())),
+                travel(&options.map.axis.travel),
+            );
+            editor.save(catalog)?;
+            said += &format!("{}: [sensor.calibration], tool_mass_kg and bias_n written\n", path.display());
+        }
+        if let Some(path) = &self.json {
+            console.save(path, &format!("{:#}\n", serde_json::json!(found)))?;
+        }
+        if self.json.as_deref() != Some(Path::new("-")) {
+            console.print(&said);
+        }
+        Ok(if found.observability.is_enough { Exit::Pass } else { Exit::Undecided })
+    }
+}
+
+/// The model to write to; one that holds a calibration is left alone unless `force` is given.
+fn open(path: &Path, force: bool, catalog: &Catalog<Axis>) -> Result<Editor, Error> {
+    let editor = Editor::open(path, catalog)?;
+    if editor.has(&["sensor", "calibration"]) && !force {
+        return Err(Error::new("holds a calibration already and was left as it is")
+            .file(path)
+            .place("[sensor.calibration]")
+            .help("replace it with --force"));
+    }
+    Ok(editor)
+}
+
+fn travel(axis: &AxisName) -> usize {
+    match axis {
+        AxisName::X => 0,
+        AxisName::Y => 1,
+        AxisName::Z => 2,
+    }
+}
+
+/// Where the numbers come from, short enough for a line of the model.
+fn source(sessions: &[Session], poses: usize) -> String {
+    let first = sessions.first().map_or_else(String::new, |session| session.file.display().to_string());
+    let more = sessions.len().saturating_sub(1);
+    let others = if more == 0 { String::new() } else { format!(" and {more} more") };
+    format!("dockhil calibrate ft, {poses} poses at rest in {first}{others}")
+}

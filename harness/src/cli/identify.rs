@@ -1,0 +1,112 @@
+//! `dockhil identify`: what lies between a robot's command and its pose.
+
+use super::console::Console;
+use super::inputs::{self, Reading};
+use super::outcome::Exit;
+use crate::error::Error;
+use crate::identify::{RobotIdentification, identify_robot, text, write_robot};
+use crate::model::{Editor, Model};
+use crate::recording::Session;
+use clap::{Args, Subcommand};
+use sim_core::effect::Catalog;
+use sim_core::space::Axis;
+use std::path::{Path, PathBuf};
+
+/// Arguments of `dockhil identify`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    /// Natural frequency and damping, or dead time, of each axis, from steps or from an excitation in free flight.
+    Robot(Robot),
+}
+
+#[derive(Debug, Args)]
+struct Robot {
+    /// Recordings in which single axes make steps, or are excited at several frequencies.
+    #[arg(required = true, value_name = "RECORDING")]
+    recordings: Vec<PathBuf>,
+    /// The model file that takes the result; its comments stay.
+    #[arg(long, value_name = "MODEL.toml")]
+    model: Option<PathBuf>,
+    /// Replace what the model holds of these axes.
+    #[arg(long, requires = "model")]
+    force: bool,
+    /// Save the numbers as JSON; `-` prints them instead of the text.
+    #[arg(long, value_name = "FILE")]
+    json: Option<PathBuf>,
+    #[command(flatten)]
+    reading: Reading,
+}
+
+impl Arguments {
+    /// Does what was asked for.
+    pub fn run(&self, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Exit, Error> {
+        match &self.verb {
+            Verb::Robot(robot) => robot.run(catalog, console),
+        }
+    }
+}
+
+impl Robot {
+    fn run(&self, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Exit, Error> {
+        let read = || self.recordings.iter().chain(&self.model).chain(&self.reading.map);
+        if let Some(path) = self.json.as_deref().filter(|path| *path != Path::new("-")) {
+            inputs::writable(path)?;
+            inputs::not_read(path, read())?;
+        }
+        let editor = self.model.as_ref().map(|path| Editor::open(path, catalog)).transpose()?;
+        let sessions = self.reading.sessions(&self.recordings, console)?;
+        inputs::each_once(&sessions.iter().collect::<Vec<_>>())?;
+        let progress = console.progress();
+        progress.say("fitting a lag, a dead time, and both");
+        let robot = identify_robot(&sessions)?;
+        drop(progress);
+        let mut said = text(&robot);
+        if let (Some(path), Some(mut editor)) = (&self.model, editor) {
+            keeps_old(&editor, &robot, path, self.force)?;
+            write_robot(&mut editor, &robot, &source(&sessions));
+            editor.save(catalog)?;
+            said += &written(path, &robot, &Model::read(path, catalog)?);
+        }
+        if let Some(path) = &self.json {
+            console.save(path, &format!("{:#}\n", serde_json::json!(robot)))?;
+        }
+        if self.json.as_deref() != Some(Path::new("-")) {
+            console.print(&said);
+        }
+        Ok(if robot.axes.iter().all(|axis| axis.is_decided) { Exit::Pass } else { Exit::Undecided })
+    }
+}
+
+/// An axis that the model holds already is left alone unless `force` is given.
+fn keeps_old(editor: &Editor, robot: &RobotIdentification, path: &Path, force: bool) -> Result<(), Error> {
+    match robot.axes.iter().find(|axis| editor.has(&["robot", axis.axis])) {
+        Some(axis) if !force => Err(Error::new("holds this axis already and was left as it is")
+            .file(path)
+            .place(format!("[robot.{}]", axis.axis))
+            .help("replace it with --force")),
+        _ => Ok(()),
+    }
+}
+
+/// What was written, beside what the model states as delays.
+fn written(path: &Path, robot: &RobotIdentification, model: &Model) -> String {
+    let names: Vec<String> = robot.axes.iter().map(|axis| format!("[robot.{}]", axis.axis)).collect();
+    let stated_ms = 1e3 * (model.timing.command_delay_s + model.timing.measurement_delay_s);
+    format!(
+        "{}: {} written; where used, they replace the {stated_ms} ms of [timing] and do not add to them\n",
+        path.display(),
+        names.join(", ")
+    )
+}
+
+/// Where the numbers come from, short enough for a line of the model.
+fn source(sessions: &[Session]) -> String {
+    let files: Vec<String> = sessions.iter().map(|session| session.file.display().to_string()).collect();
+    format!("dockhil identify robot, from {}", files.join(", "))
+}

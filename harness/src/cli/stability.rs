@@ -1,0 +1,105 @@
+//! `dockhil stability`: is this loop stable, how far from the edge, who contributes what, what to change.
+
+use super::console::Console;
+use super::inputs::{self, Outputs};
+use super::outcome::Exit;
+use crate::error::Error;
+use crate::report::{TEXT_WIDTH, html, story, text};
+use crate::stability::{Domain, OneDelay, Subject, assess, sides};
+use clap::Args;
+use sim_core::effect::Catalog;
+use sim_core::space::Axis;
+use std::path::PathBuf;
+
+/// Arguments of `dockhil stability`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// The model of a docking cell; or give mass, stiffness and damping.
+    #[arg(value_name = "MODEL.toml", required_unless_present = "mass_kg", conflicts_with = "mass_kg")]
+    model: Option<PathBuf>,
+    /// Reduced mass of the satellites.
+    #[arg(long, requires_all = ["stiffness_n_per_m", "damping_n_s_per_m"], allow_negative_numbers = true)]
+    mass_kg: Option<f64>,
+    /// Stiffness of the contact, hardware and virtual together.
+    #[arg(long, requires = "mass_kg", allow_negative_numbers = true)]
+    stiffness_n_per_m: Option<f64>,
+    /// Damping of the contact, hardware and virtual together.
+    #[arg(long, requires = "mass_kg", allow_negative_numbers = true)]
+    damping_n_s_per_m: Option<f64>,
+    /// Dead time of the loop; without it only the critical one is told.
+    #[arg(long, requires = "mass_kg", allow_negative_numbers = true)]
+    delay_s: Option<f64>,
+    /// Draw the stable domain over two parameters in the report.
+    #[arg(long, value_name = "X[=LOW..HIGH],Y[=LOW..HIGH]")]
+    chart: Option<String>,
+    /// Save the domain of the chart as comma-separated values; `-` prints them instead of the text.
+    #[arg(long, value_name = "FILE.csv", requires = "chart")]
+    sweep: Option<PathBuf>,
+    #[command(flatten)]
+    outputs: Outputs,
+}
+
+impl Arguments {
+    /// Does what was asked for. Exit 1 for an unstable loop.
+    pub fn run(&self, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Exit, Error> {
+        self.outputs.check(self.model.iter())?;
+        if let Some(path) = self.sweep.as_ref().filter(|path| path.as_os_str() != "-") {
+            inputs::writable(path)?;
+            inputs::not_read(path, self.model.iter().chain(&self.outputs.json).chain(&self.outputs.report))?;
+        }
+        if self.chart.is_some() && self.outputs.report.is_none() && self.sweep.is_none() {
+            return Err(Error::new("a chart needs a page to stand on, or a file for its data")
+                .place("--chart")
+                .help("add --report FILE.html, or --sweep FILE.csv"));
+        }
+        let subject = self.subject(catalog)?;
+        let answer = assess(&subject)?;
+        let sides = self.chart.as_ref().map(|chart| sides(chart, &subject)).transpose()?;
+        let progress = console.progress();
+        progress.say("looking at the domain");
+        let domain = sides.clone().filter(|_| self.outputs.report.is_some());
+        let domain = domain.map(|(x, y)| Domain::of(&subject, x, y));
+        let sweep = sides.filter(|_| self.sweep.is_some()).map(|(x, y)| Domain::sweep(&subject, &x, &y));
+        drop(progress);
+        let (title, provenance) = self.about()?;
+        let page = story::stability_page(&title, &answer, domain.as_ref(), &console.command, &provenance);
+        if let Some(path) = &self.outputs.json {
+            console.save(path, &format!("{:#}\n", serde_json::json!(answer)))?;
+        }
+        if let Some(path) = &self.outputs.report {
+            console.save(path, &html(&page))?;
+        }
+        if let (Some(path), Some(sweep)) = (&self.sweep, &sweep) {
+            console.save(path, sweep)?;
+        }
+        if !self.outputs.json_only() && self.sweep.as_ref().is_none_or(|path| path.as_os_str() != "-") {
+            console.print(&text(&page, TEXT_WIDTH));
+        }
+        Ok(if answer.stable == Some(false) { Exit::Failed } else { Exit::Pass })
+    }
+
+    fn subject(&self, catalog: &Catalog<Axis>) -> Result<Subject, Error> {
+        match (&self.model, self.mass_kg, self.stiffness_n_per_m, self.damping_n_s_per_m) {
+            (Some(path), ..) => {
+                let model = inputs::model(path, catalog)?;
+                Subject::of_model(model, catalog).map_err(|error| error.file(path))
+            }
+            (None, Some(mass_kg), Some(stiffness_n_per_m), Some(damping_n_s_per_m)) => {
+                let delay_s = self.delay_s;
+                Ok(Subject::OneDelay(OneDelay { mass_kg, stiffness_n_per_m, damping_n_s_per_m, delay_s }))
+            }
+            _ => Err(Error::new("neither a model nor mass, stiffness and damping were given")
+                .help("dockhil stability --mass-kg 60 --stiffness-n-per-m 1000 --damping-n-s-per-m 50")),
+        }
+    }
+
+    fn about(&self) -> Result<(String, Vec<(String, String)>), Error> {
+        match &self.model {
+            Some(path) => Ok((format!("Stability of {}", path.display()), inputs::provenance(path, &[])?)),
+            None => {
+                let program = ("program".to_owned(), format!("dockhil {}", env!("CARGO_PKG_VERSION")));
+                Ok(("Stability of a loop with one dead time".to_owned(), vec![program]))
+            }
+        }
+    }
+}

@@ -1,0 +1,246 @@
+//! The stability of a loop: stable or not, how far from the edge, who contributes what, what to change.
+
+use super::super::page::{Chart, Page, Role, Row, Section, Table, Tone, XyCurve};
+use super::table::{numbers, row, table, words as text};
+use super::words::{Scale, figures, number, value};
+use crate::stability::{Answer, Domain, Side};
+use sim_core::stability::exact::critical_delay;
+
+/// Points of the closed form over a chart.
+const CURVE_POINTS: usize = 200;
+
+/// The answer as a page.
+pub fn stability_page(
+    title: &str,
+    answer: &Answer,
+    domain: Option<&Domain>,
+    command: &str,
+    provenance: &[(String, String)],
+) -> Page {
+    Page {
+        title: title.to_owned(),
+        tone: tone(answer),
+        verdict: verdict(answer),
+        sentences: sentences(answer),
+        command: command.to_owned(),
+        heat: Vec::new(),
+        plots: Vec::new(),
+        loops: Vec::new(),
+        charts: domain.map(|domain| chart(answer, domain)).into_iter().collect(),
+        tables: tables(answer),
+        ladder: None,
+        provenance: provenance.to_vec(),
+    }
+}
+
+fn tone(answer: &Answer) -> Tone {
+    match answer.stable {
+        Some(true) => Tone::Good,
+        Some(false) => Tone::Bad,
+        None => Tone::Warning,
+    }
+}
+
+fn verdict(answer: &Answer) -> String {
+    let margin = |margin: &crate::stability::Margin, unit: &str| {
+        let share = margin.per_cent.map(|share| format!(" ({} %)", figures(share.abs(), 2))).unwrap_or_default();
+        format!("{}{share}", value(margin.distance.abs(), unit))
+    };
+    match answer.stable {
+        None => match answer.critical_delay_s {
+            Some(delay_s) => format!("stable below a dead time of {}", value(delay_s, "s")),
+            None => "unstable at any dead time: there is no damping".to_owned(),
+        },
+        Some(true) => {
+            let delay = answer.delay_margin.as_ref().map(|found| format!("{} of delay", margin(found, "s")));
+            let damping = answer.damping_margin_low.as_ref().filter(|found| found.distance > 0.0);
+            let damping = damping.map(|found| format!("{} of damping", margin(found, "N s/m")));
+            let margins: Vec<String> = delay.into_iter().chain(damping).collect();
+            format!("stable; margin {}", margins.join(" and "))
+        }
+        Some(false) => match (&answer.damping_margin_low, &answer.damping_margin_high) {
+            (Some(low), _) if low.distance <= 0.0 => {
+                format!("unstable; {} of damping are missing", margin(low, "N s/m"))
+            }
+            (_, Some(high)) if high.distance <= 0.0 => {
+                format!("unstable; {} of damping are too much", margin(high, "N s/m"))
+            }
+            _ => "unstable; no damping alone makes it stable".to_owned(),
+        },
+    }
+}
+
+fn sentences(answer: &Answer) -> Vec<String> {
+    let mut said = Vec::new();
+    let stable = answer.stable == Some(true);
+    if let Some(growth) = answer.growth_per_s {
+        let doubling = std::f64::consts::LN_2 / growth.abs();
+        let verb = if growth < 0.0 { "halves" } else { "doubles" };
+        said.push(format!("The slowest motion {verb} in {}.", value(doubling, "s")));
+    }
+    if answer.growth_per_s.is_none() && answer.stable == Some(false) {
+        said.push(
+            "The sensor feels at least as much undeclared mass as the satellites have: unstable in free flight, whatever the \
+             damping. Declare the tool's mass, or simulate a heavier satellite."
+                .to_owned(),
+        );
+    }
+    if let Some(worst) = answer.budget.iter().max_by(|a, b| a.contribution_s.total_cmp(&b.contribution_s)) {
+        let all = answer.delay_s.unwrap_or(0.0);
+        said.push(format!(
+            "Largest contributor to the delay of {}: {}, {}.",
+            value(all, "s"),
+            worst.name,
+            value(worst.contribution_s, "s")
+        ));
+    }
+    if let (Some(delay_s), Some(critical_s)) = (answer.delay_s, answer.critical_delay_s) {
+        said.push(format!(
+            "One dead time of {} stands for the loop; by the closed form it may be {} with this damping (Padé would say {}).",
+            value(delay_s, "s"),
+            value(critical_s, "s"),
+            value(answer.pade_critical_delay_s.unwrap_or(f64::NAN), "s")
+        ));
+    }
+    said.extend(one_sided(answer));
+    said.extend(advice(answer, stable));
+    said.extend(answer.left_out.iter().map(|left| format!("Not in this prediction: {left}.")));
+    said
+}
+
+fn one_sided(answer: &Answer) -> Option<String> {
+    let found = answer.one_sided.as_ref()?;
+    let impact = found.restitution.map(|restitution| {
+        let word = if restitution > 1.0 { "creates energy" } else { "loses energy" };
+        format!("an impact has restitution {} and {word}", number(restitution))
+    })?;
+    let edge = match found.neutral_damping_n_s_per_m {
+        Some(damping) => format!("it loses energy from {} on", value(damping, "N s/m")),
+        None => "no damping makes it lose energy".to_owned(),
+    };
+    Some(format!("With contact that never pulls {impact}; {edge} (computed, not the linear boundary)."))
+}
+
+fn advice(answer: &Answer, stable: bool) -> Option<String> {
+    if stable || answer.stable.is_none() {
+        return None;
+    }
+    let interval = answer.sampled.as_ref().map_or(answer.damping_interval, |sampled| sampled.virtual_damping);
+    let mut ways: Vec<String> = Vec::new();
+    if let Some(edges) = interval {
+        let low = value(edges.low_n_s_per_m, "N s/m");
+        let high = edges.high_n_s_per_m.map(|high| format!(" and {}", value(high, "N s/m"))).unwrap_or_default();
+        let kind = if answer.sampled.is_some() { "virtual damping" } else { "damping" };
+        ways.push(if high.is_empty() { format!("{kind} above {low}") } else { format!("{kind} between {low}{high}") });
+    }
+    if let Some(margin) = answer.delay_margin.as_ref().filter(|margin| margin.distance < 0.0)
+        && answer.delay_s.is_some_and(|delay_s| -margin.distance < delay_s)
+    {
+        ways.push(format!("{} less delay", value(-margin.distance, "s")));
+    }
+    if let Some(delay_s) = answer.delay_s.filter(|delay_s| *delay_s > answer.longest_delay_s) {
+        // The longest delay goes with the root of 1/k.
+        let ratio = answer.longest_delay_s / delay_s;
+        let softer = value(answer.stiffness_n_per_m * ratio * ratio, "N/m");
+        ways.push(format!("a contact softer than {softer}, which some damping can then stabilise"));
+    }
+    (!ways.is_empty()).then(|| format!("To make it stable: {}.", ways.join("; or ")))
+}
+
+fn tables(answer: &Answer) -> Vec<Table> {
+    [budget_table(answer), numbers_table(answer)].into_iter().flatten().collect()
+}
+
+fn budget_table(answer: &Answer) -> Option<Table> {
+    let ms = |delay_s: f64| figures(delay_s * 1e3, 4);
+    let line = |line: &crate::stability::Budgeted| {
+        let damping = line.damping_n_s_per_m.map_or("–".to_owned(), |damping| figures(damping, 3));
+        row(None, vec![line.name.clone(), line.path.to_owned(), ms(line.delay_s), ms(line.contribution_s), damping])
+    };
+    let mut rows: Vec<Row> = answer.budget.iter().map(line).collect();
+    if let Some(delay_s) = answer.delay_s.filter(|_| !rows.is_empty()) {
+        let all: Option<f64> = answer.budget.iter().map(|line| line.damping_n_s_per_m).sum();
+        let needed = all.map_or("–".to_owned(), |damping| figures(damping, 3));
+        rows.push(row(None, vec!["all together".into(), String::new(), String::new(), ms(delay_s), needed]));
+    }
+    let columns = vec![
+        text("who makes the force late"),
+        text("stiffness"),
+        numbers("delay in ms"),
+        numbers("its share of the whole in ms"),
+        numbers("damping it costs in N s/m"),
+    ];
+    let note = "τ = Σ kᵢ τᵢ / k: to first order the loop sees one delay. Good to some 2 %; the verdict is from the sampled loop.";
+    table(Section::Quantities, "Delay budget", note, columns, rows)
+}
+
+fn numbers_table(answer: &Answer) -> Option<Table> {
+    let mut rows = Vec::new();
+    let mut add =
+        |name: &str, shown: Option<String>| rows.push(row(None, vec![name.to_owned(), shown.unwrap_or("–".into())]));
+    let edges = |edges: &crate::stability::Edges| {
+        let high = edges.high_n_s_per_m.map_or("without end".to_owned(), |high| value(high, "N s/m"));
+        format!("{} to {high}", value(edges.low_n_s_per_m, "N s/m"))
+    };
+    add("reduced mass, with what the sensor feels late", Some(value(answer.mass_kg, "kg")));
+    add("stiffness, hardware and virtual", Some(value(answer.stiffness_n_per_m, "N/m")));
+    add("damping, hardware and virtual", Some(value(answer.damping_n_s_per_m, "N s/m")));
+    add("critical dead time, closed form", answer.critical_delay_s.map(|delay| value(delay, "s")));
+    add("frequency of the oscillation there", answer.critical_frequency_rad_per_s.map(|w| value(w, "rad/s")));
+    add("damping that stabilises, closed form", answer.damping_interval.as_ref().map(edges));
+    if let Some(sampled) = &answer.sampled {
+        add("virtual damping that stabilises, sampled loop", sampled.virtual_damping.as_ref().map(edges));
+        add("largest eigenvalue of one tick", Some(format!("{:.6}", sampled.growth_per_tick)));
+    }
+    add("longest dead time that any damping stabilises", Some(value(answer.longest_delay_s, "s")));
+    table(Section::Quantities, "Numbers", "", vec![text("what"), numbers("value")], rows)
+}
+
+/// The chart, with the closed form where both sides of the domain are its own.
+fn chart(answer: &Answer, domain: &Domain) -> Chart {
+    let (x, y) = (scale(&domain.x), scale(&domain.y));
+    let strips = domain.strips.iter().map(|strip| strip.iter().map(|(a, b)| (a * y.factor, b * y.factor)).collect());
+    Chart {
+        title: format!("{} over {}", named(&domain.y), named(&domain.x)),
+        x_label: x.label(&named(&domain.x)),
+        y_label: y.label(&named(&domain.y)),
+        x_range: (domain.x.low * x.factor, domain.x.high * x.factor),
+        y_range: (domain.y.low * y.factor, domain.y.high * y.factor),
+        strips: strips.collect(),
+        point: (domain.x.here * x.factor, domain.y.here * y.factor),
+        curves: closed_form(answer, domain, &x, &y).into_iter().collect(),
+    }
+}
+
+/// `virtual_contact.damping_n_s_per_m` as people say it: the unit stands beside it.
+fn named(side: &Side) -> String {
+    let suffix = match side.unit.as_str() {
+        "N/m" => "_n_per_m",
+        "N s/m" => "_n_s_per_m",
+        "kg" => "_kg",
+        "s" => "_s",
+        _ => "",
+    };
+    let name = side.name.strip_suffix(suffix).unwrap_or(&side.name);
+    name.strip_prefix("timing.").or(name.strip_prefix("plant.")).unwrap_or(name).replace(['.', '_'], " ")
+}
+
+fn scale(side: &Side) -> Scale {
+    Scale::of(&side.unit, side.low.abs().max(side.high.abs()))
+}
+
+/// Critical dead time over damping: drawn where a cell's chart has delay and virtual damping, as what one delay would say.
+fn closed_form(answer: &Answer, domain: &Domain, x: &Scale, y: &Scale) -> Option<XyCurve> {
+    if domain.x.name != "timing.command_delay_s" || domain.y.name != "virtual_contact.damping_n_s_per_m" {
+        return None;
+    }
+    let other_s = answer.delay_s? - domain.x.here;
+    let hardware = answer.damping_n_s_per_m - domain.y.here;
+    let point = |index: usize| {
+        let damping = domain.y.low + (domain.y.high - domain.y.low) * index as f64 / CURVE_POINTS as f64;
+        let edge = critical_delay(answer.mass_kg, answer.stiffness_n_per_m, damping + hardware);
+        (edge.map_or(f64::NAN, |edge| (edge.delay_s - other_s) * x.factor), damping * y.factor)
+    };
+    let (xs, ys) = (0..=CURVE_POINTS).map(point).unzip();
+    Some(XyCurve { label: "closed form for one delay".into(), role: Role::Limit, x: xs, y: ys })
+}

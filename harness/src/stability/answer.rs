@@ -1,0 +1,248 @@
+//! The answer as data. Delays in s, damping in N s/m; a margin is positive on the stable side.
+
+use super::cell::Linear;
+use super::subject::{Cell, OneDelay, Subject};
+use super::{growth_per_s, is_stable};
+use crate::error::Error;
+use serde::Serialize;
+use sim_core::refusal::Refusal;
+use sim_core::stability::budget::{Path, budget};
+use sim_core::stability::{exact, impact, pade};
+
+/// Longest delay that is added in the search for the margin, in s.
+const DELAY_MAX_S: f64 = 1.0;
+/// Halvings of an interval: down to a nanosecond.
+const HALVINGS: usize = 30;
+
+/// Where the loop stands.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Answer {
+    /// Version of this format.
+    pub schema: u32,
+    /// Whether it is stable; `None` if no delay was given.
+    pub stable: Option<bool>,
+    /// Reduced mass.
+    pub mass_kg: f64,
+    /// Stiffness, hardware and virtual together.
+    pub stiffness_n_per_m: f64,
+    /// Damping, hardware and virtual together.
+    pub damping_n_s_per_m: f64,
+    /// The dead time; of a cell the one that its budget adds up to.
+    pub delay_s: Option<f64>,
+    /// The dead time that one delay could have at most: closed form.
+    pub critical_delay_s: Option<f64>,
+    /// Frequency of the oscillation there.
+    pub critical_frequency_rad_per_s: Option<f64>,
+    /// The same by the Padé approximation of first order: always too long, never a criterion.
+    pub pade_critical_delay_s: Option<f64>,
+    /// The longest dead time that any damping stabilises, and that damping.
+    pub longest_delay_s: f64,
+    /// See [`Answer::longest_delay_s`].
+    pub longest_delay_damping_n_s_per_m: f64,
+    /// The damping that stabilises at this delay, by the closed form.
+    pub damping_interval: Option<Edges>,
+    /// Rate at which the slowest motion grows, 1/s.
+    pub growth_per_s: Option<f64>,
+    /// Delay that may be added.
+    pub delay_margin: Option<Margin>,
+    /// Damping that may be taken away.
+    pub damping_margin_low: Option<Margin>,
+    /// Damping that may be added.
+    pub damping_margin_high: Option<Margin>,
+    /// Of a cell: the loop as its computers run it.
+    pub sampled: Option<Sampled>,
+    /// Contact that never pulls: another boundary, computed and not the linear one.
+    pub one_sided: Option<OneSided>,
+    /// Who makes the force late.
+    pub budget: Vec<Budgeted>,
+    /// What the model holds and the prediction does not.
+    pub left_out: Vec<String>,
+}
+
+/// An interval of damping.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Edges {
+    /// Below it the loop grows.
+    pub low_n_s_per_m: f64,
+    /// Above it the loop grows; `None`: there is no such edge.
+    pub high_n_s_per_m: Option<f64>,
+}
+
+/// A distance to an edge.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Margin {
+    /// In s or N s/m.
+    pub distance: f64,
+    /// In per cent of the edge.
+    pub per_cent: Option<f64>,
+}
+
+/// The sampled loop: exact, from its monodromy matrix.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Sampled {
+    /// Virtual damping that stabilises, all else as it is.
+    pub virtual_damping: Option<Edges>,
+    /// Largest eigenvalue of one tick.
+    pub growth_per_tick: f64,
+}
+
+/// Contact that never pulls.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct OneSided {
+    /// Restitution of one impact with the delay of the budget; above 1 the impact creates energy.
+    pub restitution: Option<f64>,
+    /// Damping from which on an impact loses energy; `None`: none does.
+    pub neutral_damping_n_s_per_m: Option<f64>,
+}
+
+/// One line of the delay budget.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Budgeted {
+    /// Who.
+    pub name: String,
+    /// Which stiffness it makes late: `hardware`, `virtual` or `both`.
+    pub path: &'static str,
+    /// Its delay.
+    pub delay_s: f64,
+    /// What it adds to the delay of the whole stiffness.
+    pub contribution_s: f64,
+    /// What it costs in damping; `None` if no damping suffices.
+    pub damping_n_s_per_m: Option<f64>,
+}
+
+/// Answers. Input without meaning is refused; what is unstable is answered.
+pub fn assess(subject: &Subject) -> Result<Answer, Error> {
+    let refused = |refusal: Refusal| Error::new(refusal.to_string()).help("give every value in the unit of its name");
+    match subject {
+        Subject::OneDelay(one) => one_delay(subject, one).map_err(refused),
+        Subject::Cell(cell) => of_cell(subject, cell).map_err(refused),
+    }
+}
+
+/// What the closed form says at this delay.
+fn closed_form(mass_kg: f64, stiffness: f64, damping: f64, delay_s: Option<f64>) -> Result<Answer, Refusal> {
+    let found = exact::assess(mass_kg, stiffness, damping, delay_s.unwrap_or(0.0))?;
+    let margin = |margin: exact::Margin| {
+        let per_cent = margin.per_cent.is_finite().then_some(margin.per_cent);
+        margin.distance.is_finite().then_some(Margin { distance: margin.distance, per_cent })
+    };
+    let given = delay_s.map(|_| found);
+    Ok(Answer {
+        schema: 1,
+        stable: given.map(|found| found.stable),
+        mass_kg,
+        stiffness_n_per_m: stiffness,
+        damping_n_s_per_m: damping,
+        delay_s,
+        critical_delay_s: found.critical.map(|critical| critical.delay_s),
+        critical_frequency_rad_per_s: found.critical.map(|critical| critical.frequency_rad_per_s),
+        pade_critical_delay_s: pade::critical_delay_pade(mass_kg, stiffness, damping).map(|edge| edge.delay_s),
+        longest_delay_s: found.longest.delay_s,
+        longest_delay_damping_n_s_per_m: found.longest.damping_n_s_per_m,
+        damping_interval: given.and_then(|found| found.interval).map(|edges| Edges {
+            low_n_s_per_m: edges.low_n_s_per_m,
+            high_n_s_per_m: edges.high_n_s_per_m.is_finite().then_some(edges.high_n_s_per_m),
+        }),
+        growth_per_s: None,
+        delay_margin: given.and_then(|found| margin(found.delay_margin)),
+        damping_margin_low: given.and_then(|found| found.low_margin).and_then(margin),
+        damping_margin_high: given.and_then(|found| found.high_margin).and_then(margin),
+        sampled: None,
+        one_sided: None,
+        budget: Vec::new(),
+        left_out: Vec::new(),
+    })
+}
+
+fn one_delay(subject: &Subject, one: &OneDelay) -> Result<Answer, Refusal> {
+    let (mass, stiffness, damping) = (one.mass_kg, one.stiffness_n_per_m, one.damping_n_s_per_m);
+    let answer = closed_form(mass, stiffness, damping, one.delay_s)?;
+    let Some(delay_s) = one.delay_s else { return Ok(answer) };
+    Ok(Answer {
+        growth_per_s: Some(growth_per_s(subject)),
+        one_sided: Some(one_sided(mass, stiffness, damping, delay_s)?),
+        ..answer
+    })
+}
+
+fn of_cell(subject: &Subject, cell: &Cell) -> Result<Answer, Refusal> {
+    let linear = Linear::of(cell);
+    linear.sampled.checked()?;
+    let mass = linear.sampled.mass_kg;
+    let stiffness = linear.stiffness.hardware_n_per_m + linear.stiffness.virtual_n_per_m;
+    let damping = linear.sampled.hardware_damping_n_s_per_m + linear.sampled.virtual_damping_n_s_per_m;
+    let budget = budget(mass, linear.stiffness, &linear.contributors)?;
+    let answer = closed_form(mass, stiffness, damping, Some(budget.delay_s))?;
+    let stable = is_stable(subject);
+    let interval = linear.sampled.damping_interval()?;
+    let here = linear.sampled.virtual_damping_n_s_per_m;
+    let to_edge =
+        |distance: f64, edge: f64| Margin { distance, per_cent: (edge > 0.0).then(|| 100.0 * distance / edge) };
+    let hopeless = linear.tool_mass_kg >= cell.model.plant.mass_kg;
+    let lines = budget.lines.iter().map(|line| Budgeted {
+        name: line.contributor.name.clone(),
+        path: match line.contributor.path {
+            Path::Hardware => "hardware",
+            Path::Virtual => "virtual",
+            Path::Both => "both",
+        },
+        delay_s: line.contributor.delay_s,
+        contribution_s: line.contribution_s,
+        damping_n_s_per_m: line.damping_n_s_per_m,
+    });
+    let growth = growth_per_s(subject);
+    Ok(Answer {
+        stable: Some(stable),
+        growth_per_s: growth.is_finite().then_some(growth),
+        delay_margin: (!hopeless).then(|| delay_margin(subject, stable)).flatten(),
+        damping_margin_low: interval.map(|edges| to_edge(here - edges.low_n_s_per_m, edges.low_n_s_per_m)),
+        damping_margin_high: interval.map(|edges| to_edge(edges.high_n_s_per_m - here, edges.high_n_s_per_m)),
+        sampled: (!hopeless).then_some(Sampled {
+            virtual_damping: interval
+                .map(|edges| Edges { low_n_s_per_m: edges.low_n_s_per_m, high_n_s_per_m: Some(edges.high_n_s_per_m) }),
+            growth_per_tick: linear.sampled.growth_per_tick()?,
+        }),
+        one_sided: Some(one_sided(mass, stiffness, damping, budget.delay_s)?),
+        budget: lines.collect(),
+        left_out: linear.left_out,
+        ..answer
+    })
+}
+
+/// Delay of the command that may be added, or that must go; `None` if no such delay changes anything.
+fn delay_margin(subject: &Subject, stable: bool) -> Option<Margin> {
+    let name = "timing.command_delay_s";
+    let here = subject.get(name)?;
+    let with = |delay_s: f64| is_stable(&subject.with(name, here + delay_s));
+    let far = if stable { DELAY_MAX_S } else { -here };
+    // The shortest delay that a cell can have is one tick of its loop.
+    let tick_s = match subject {
+        Subject::Cell(cell) => cell.model.timing.loop_period_s,
+        Subject::OneDelay(_) => 0.0,
+    };
+    let far = far.max(tick_s - here);
+    // Towards longer delays the loop is left once; the grid finds the first edge, halving the edge itself.
+    let grid = 64;
+    let at = |step: i32| far * f64::from(step) / f64::from(grid);
+    let first = (1..=grid).find(|step| with(at(*step)) != stable)?;
+    let (mut from, mut to) = (at(first - 1), at(first));
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (from + to);
+        if with(middle) == stable { from = middle } else { to = middle }
+    }
+    let distance = 0.5 * (from + to);
+    Some(Margin { distance, per_cent: Some(100.0 * distance / (here + distance)) })
+}
+
+/// The one-sided impact with this delay.
+fn one_sided(mass_kg: f64, stiffness: f64, damping: f64, delay_s: f64) -> Result<OneSided, Refusal> {
+    let contact = impact::OneSided {
+        mass_kg,
+        stiffness_n_per_m: stiffness,
+        damping_n_s_per_m: damping,
+        delay_s,
+        pull: impact::Pull::Never,
+    };
+    let restitution = if damping >= 0.0 { Some(contact.impact()?.restitution) } else { None };
+    Ok(OneSided { restitution, neutral_damping_n_s_per_m: contact.unit_restitution_damping()? })
+}

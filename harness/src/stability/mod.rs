@@ -1,0 +1,62 @@
+//! Is this loop stable, how far from the edge, and who is to blame: an operator's questions, answered by `sim_core::stability`.
+//!
+//! | file | what |
+//! |---|---|
+//! | `subject` | what is asked about: four numbers, or the cell of a model |
+//! | `cell` | the linear loop of a cell, and its delay budget |
+//! | `answer` | the answer as data |
+//! | `domain` | the stable domain over two parameters |
+
+mod answer;
+mod cell;
+mod domain;
+mod subject;
+
+pub use answer::{Answer, Budgeted, Edges, Margin, OneSided, Sampled, assess};
+pub use domain::{Domain, Side, sides};
+pub use subject::{Cell, OneDelay, Subject};
+
+use cell::Linear;
+use nalgebra::DMatrix;
+use sim_core::refusal::Refusal;
+use sim_core::stability::exact;
+use sim_core::stability::spectral::{DelayedForce, DelayedSystem};
+
+/// The rate at which the slowest motion of the loop grows, in 1/s; below 0 it is stable. Input without meaning, such as a line to
+/// a command that is not known yet, is infinitely unstable.
+fn growth_per_s(subject: &Subject) -> f64 {
+    growth(subject).unwrap_or(f64::INFINITY)
+}
+
+fn growth(subject: &Subject) -> Result<f64, Refusal> {
+    match subject {
+        Subject::OneDelay(one) => {
+            let matrix = |value: f64| DMatrix::from_element(1, 1, value);
+            let force = DelayedForce::spring_dashpot(
+                one.delay_s.unwrap_or(0.0),
+                matrix(one.stiffness_n_per_m),
+                matrix(one.damping_n_s_per_m),
+            );
+            let spectrum = DelayedSystem::mechanical(&matrix(one.mass_kg), &[force])?.rightmost(1)?;
+            Ok(spectrum.roots.first().map_or(0.0, |root| root.growth_per_s))
+        }
+        Subject::Cell(cell) => {
+            let linear = Linear::of(cell);
+            if linear.tool_mass_kg >= cell.model.plant.mass_kg {
+                return Ok(f64::INFINITY);
+            }
+            Ok(libm::log(linear.sampled.growth_per_tick()?) / linear.sampled.tick_s)
+        }
+    }
+}
+
+/// Whether the loop is stable: by the closed form where there is one.
+fn is_stable(subject: &Subject) -> bool {
+    match subject {
+        Subject::OneDelay(one) => {
+            exact::assess(one.mass_kg, one.stiffness_n_per_m, one.damping_n_s_per_m, one.delay_s.unwrap_or(0.0))
+                .is_ok_and(|assessment| assessment.stable)
+        }
+        Subject::Cell(_) => growth_per_s(subject) < 0.0,
+    }
+}

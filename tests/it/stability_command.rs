@@ -1,0 +1,107 @@
+//! `dockhil stability`: an operator's questions, as a shell would ask them.
+
+use super::shell::Shell;
+use serde_json::Value;
+
+fn json(shell: &Shell, args: &[&str]) -> (u8, Value) {
+    let args: Vec<&str> = ["stability"].iter().chain(args).chain(&["--json", "-"]).copied().collect();
+    let ran = shell.run(&args);
+    let value = serde_json::from_str(&ran.out).unwrap_or_else(|error| panic!("{args:?}: {error}: {}", ran.err));
+    (ran.exit, value)
+}
+
+const NUMBERS: [&str; 6] = ["--mass-kg", "60", "--stiffness-n-per-m", "1000", "--damping-n-s-per-m", "50"];
+
+#[test]
+fn three_numbers_give_the_critical_dead_time() {
+    let (exit, value) = json(&Shell::new(), &NUMBERS);
+    // reference/PHYSICS.md, section 1.5: 49.309 ms, five digits.
+    assert!((value["critical_delay_s"].as_f64().unwrap() - 0.049_309).abs() < 5e-7, "{value:#}");
+    assert_eq!((exit, &value["stable"]), (0, &Value::Null), "no delay was given, so nothing is unstable");
+}
+
+#[test]
+fn a_delay_decides_the_exit_code() {
+    let shell = Shell::new();
+    for (delay, exit, stable) in [("0.049", 0, true), ("0.0496", 1, false)] {
+        let args: Vec<&str> = NUMBERS.iter().copied().chain(["--delay-s", delay]).collect();
+        let (found, value) = json(&shell, &args);
+        assert_eq!((found, value["stable"].as_bool()), (exit, Some(stable)), "{delay}: {value:#}");
+        let growth = value["growth_per_s"].as_f64().unwrap();
+        assert_eq!(growth < 0.0, stable, "the rightmost root agrees with the closed form: {growth}");
+    }
+}
+
+#[test]
+fn a_cell_is_judged_as_its_computers_run_it() {
+    let shell = Shell::with_model();
+    let (exit, value) = json(&shell, &["DIR/m.toml"]);
+    assert_eq!((exit, value["stable"].as_bool()), (0, Some(true)), "{value:#}");
+    // Correction 4: 19.38 N s/m with the stiffness in hardware and the command before the step. 6 of it are real here, and real
+    // damping is not read back late, which is worth the difference of second order.
+    let edge = value["sampled"]["virtual_damping"]["low_n_s_per_m"].as_f64().unwrap() + 6.0;
+    assert!((edge - 19.38).abs() < 0.1, "{edge}");
+    let budget: f64 =
+        value["budget"].as_array().unwrap().iter().map(|line| line["contribution_s"].as_f64().unwrap()).sum();
+    assert!((budget - value["delay_s"].as_f64().unwrap()).abs() < 1e-15, "the lines add up");
+    // The edge of the margin is an edge: a little before it the loop decays, a little behind it grows.
+    let margin = value["delay_margin"]["distance"].as_f64().unwrap();
+    for (share, stable) in [(0.999, true), (1.001, false)] {
+        let delay = format!("command-delay:delay_s={}", margin * share);
+        assert_eq!(shell.run(&["effect", "add", &delay, "--model", "DIR/m.toml"]).exit, 0);
+        let (_, moved) = json(&shell, &["DIR/m.toml"]);
+        assert_eq!(moved["stable"].as_bool(), Some(stable), "{delay}: {moved:#}");
+    }
+}
+
+#[test]
+fn a_tool_as_heavy_as_the_satellites_is_unstable_whatever_the_damping() {
+    let shell = Shell::with_model();
+    assert_eq!(shell.run(&["effect", "add", "tool-inertia:mass_kg=64", "--model", "DIR/m.toml"]).exit, 0);
+    let ran = shell.run(&["stability", "DIR/m.toml"]);
+    assert_eq!(ran.exit, 1, "{}", ran.err);
+    assert!(ran.out.contains("unstable in free flight"), "{}", ran.out);
+}
+
+#[test]
+fn a_chart_is_drawn_and_swept() {
+    let shell = Shell::with_model();
+    let chart = "timing.command_delay_s=0.004..0.04,virtual_contact.damping_n_s_per_m";
+    let args = ["stability", "DIR/m.toml", "--chart", chart, "--sweep", "DIR/s.csv", "--report", "DIR/r.html"];
+    let ran = shell.run(&args);
+    assert_eq!(ran.exit, 0, "{}", ran.err);
+    let page = shell.read("r.html");
+    assert!(page.contains("Where it is stable") && page.contains(r#"class="point""#), "the operating point is drawn");
+    let sweep = shell.read("s.csv");
+    assert!(sweep.starts_with("timing.command_delay_s,virtual_contact.damping_n_s_per_m,growth_per_s,stable\n"));
+    for line in sweep.lines().skip(1) {
+        let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+        assert_eq!(cells[2] < 0.0, cells[3] > 0.5, "{line}");
+    }
+}
+
+#[test]
+fn questions_without_meaning_are_refused() {
+    let shell = Shell::with_model();
+    for (args, says) in [
+        (
+            &["stability", "--mass-kg", "0", "--stiffness-n-per-m", "1", "--damping-n-s-per-m", "1"][..],
+            "is not above 0",
+        ),
+        (
+            &["stability", "--mass-kg", "nan", "--stiffness-n-per-m", "1", "--damping-n-s-per-m", "1"],
+            "not a finite number",
+        ),
+        (&["stability", "--mass-kg", "1"], "--stiffness-n-per-m"),
+        (&["stability"], "MODEL.toml"),
+        (&["stability", "DIR/none.toml"], "cannot read the model"),
+        (&["stability", "DIR/m.toml", "--chart", "a,b", "--report", "DIR/r.html"], "unknown parameter a"),
+        (&["stability", "DIR/m.toml", "--chart", "plant.mass_kg,timing.command_delay_s"], "needs a page"),
+        (&["stability", "DIR/m.toml", "--json", "DIR/m.toml"], "would be overwritten"),
+    ] {
+        let ran = shell.run(args);
+        assert_eq!((ran.exit, ran.out.as_str()), (2, ""), "{args:?}");
+        assert!(ran.err.contains(says), "{args:?}: {}", ran.err);
+    }
+    assert!(!shell.names().iter().any(|name| name == "r.html"), "nothing is left behind");
+}
