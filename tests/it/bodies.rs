@@ -11,7 +11,7 @@ use serde_json::Value;
 use sim_core::contact::{ContactLaw, Sides, SpringDashpot};
 use sim_core::frames::Pose;
 use sim_core::plant::{Body, BodyMotion, Integrator, Plant, PointMass, PointMassState, TwoBody, TwoBodyState};
-use sim_core::space::{AxisTouch, Motion, Wrench};
+use sim_core::space::{Axis, AxisTouch, Motion, Wrench};
 use sim_core::time::{Nanos, Step};
 use std::collections::VecDeque;
 
@@ -336,7 +336,7 @@ fn an_impact_off_both_centres_is_that_of_another_solver() {
 
 /// An impact at t = 0, x = 0 of a point mass; the force of a tick is taken in its middle, `delay_s` ago.
 fn fall_in(case: &Value, tick: Nanos, delay_s: f64, force: &dyn Fn(f64, f64) -> f64) -> Vec<f64> {
-    let plant = PointMass { mass_kg: number(case, "mass_kg") };
+    let plant = PointMass::of_mass(number(case, "mass_kg"));
     let felt = |state: &PointMassState| match state.position_m > 0.0 {
         true => force(state.position_m, state.velocity_m_per_s).max(0.0),
         false => 0.0,
@@ -391,7 +391,7 @@ fn spring_dashpot(case: &Value, x: f64, v: f64) -> f64 {
         sides: Sides::One,
     };
     let touch = AxisTouch { depth_m: x, rate_m_per_s: v };
-    law.clamped(&touch, &law.force(&touch))
+    ContactLaw::<Axis>::clamped(&law, &touch, &law.force(&touch))
 }
 
 #[test]

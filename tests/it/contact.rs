@@ -203,7 +203,7 @@ fn felt(geometry: &dyn Geometry<Spatial>, law: &dyn ContactLaw<Spatial>, middle_
     let step_s = 2.0 / f64::from(steps);
     let at = |i: u32| swing(middle_m, 0.01, 0.1, core::f64::consts::TAU * f64::from(i) / f64::from(steps));
     for i in 0..steps {
-        let between = Motion::on_line(&at(i), &at(i + 1), 0.5, step_s);
+        let between = Motion::on(&Motion::line(&at(i), &at(i + 1), step_s), 0.5);
         let touch = geometry.touch(&between);
         let wrench = law.clamped(&touch, &law.force(&touch));
         let power_w = wrench.force_n.dot(&between.velocity_m_per_s) + wrench.torque_n_m.dot(&between.rate_rad_per_s);

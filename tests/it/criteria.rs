@@ -51,7 +51,7 @@ pub fn spring() -> SpringDashpot {
 /// P1 behind this delay each way; `loop_s` is the period of the loop.
 pub fn cell<Law>(law: Law, virtual_damping_n_s_per_m: f64, delay_s: f64, loop_s: f64) -> DockingAxis<Law> {
     DockingAxis {
-        plant: PointMass { mass_kg: MASS_KG },
+        plant: PointMass::of_mass(MASS_KG),
         link: Link { dead_time_s: delay_s },
         robot: StraightLine { corner_s: loop_s, averaging_s: 2.0 * loop_s },
         readout: Readout { delay_s },
@@ -64,6 +64,7 @@ pub fn cell<Law>(law: Law, virtual_damping_n_s_per_m: f64, delay_s: f64, loop_s:
             virtual_stiffness_n_per_m: 0.0,
             virtual_damping_n_s_per_m,
             dead_band_n: 0.0,
+            ..Hybrid::default()
         },
     }
 }

@@ -1,12 +1,10 @@
 //! O9 and O10: observed energy and its pairings, restitution and duration by both definitions.
 
-use crate::criteria::{FACILITY, KNOWN, MASS_KG, SPEED_M_PER_S, STIFFNESS_N_PER_M, cell, impact, spring, white};
-use nalgebra::{Matrix3, Vector3};
+use crate::criteria::{FACILITY, KNOWN, MASS_KG, SPEED_M_PER_S, STIFFNESS_N_PER_M, cell, impact, spring};
 use sim_core::closed_loop::{Clamps, ClosedLoop, Start};
 use sim_core::contact::{ContactLaw, Sides, SpringDashpot};
 use sim_core::criterion::{Observation, ObservedAxis, ObservedEnergy, Window, contact, observed_energy, speeds};
 use sim_core::effect::{Attached, Rates};
-use sim_core::effects::standard;
 use sim_core::energy::{Pairing, observed_damping_n_s_per_m, observed_j};
 use sim_core::force_sensor::{AxisCell, SensorNoise};
 use sim_core::link::Link;
@@ -15,13 +13,12 @@ use sim_core::readout::Readout;
 use sim_core::restitution::{Release, peak_force_n, rebound};
 use sim_core::rig::DriveAxis;
 use sim_core::rng::Streams;
-use sim_core::signals::ContactForce;
-use sim_core::space::{Axis, AxisMotion, AxisTouch};
+use sim_core::space::{Axis, AxisMotion};
 use sim_core::time::Nanos;
 use sim_core::trace::{Columns, Trace};
 
 /// P1 on a fine clock without delay, at this speed.
-fn undelayed<Law: ContactLaw<Axis>>(law: Law, effects: &[Attached<Axis>], step_ns: i64, speed: f64) -> Trace<Axis> {
+pub fn undelayed<Law: ContactLaw<Axis>>(law: Law, effects: &[Attached<Axis>], step_ns: i64, speed: f64) -> Trace<Axis> {
     let step = Nanos(step_ns);
     let rates = Rates { physics_step: step, loop_period: step, sensor_period: step, ..FACILITY };
     impact(&cell(law, 0.0, 0.0, step.seconds()), effects, speed, (rates, SensorNoise::NONE, 1), None)
@@ -146,7 +143,7 @@ fn o10_both_definitions_of_restitution_are_those_of_a_fine_simulation() {
 fn drawn(law: SpringDashpot) -> Trace<Axis> {
     let sensor = AxisCell { tool_weight_n: 0.0, bias_n: 0.0 };
     let (link, readout) = (Link { dead_time_s: 0.0 }, Readout { delay_s: 0.0 });
-    let rig = DriveAxis { plant: PointMass { mass_kg: MASS_KG }, link, readout, law, sensor };
+    let rig = DriveAxis { plant: PointMass::of_mass(MASS_KG), link, readout, law, sensor };
     let step = Nanos(10_000);
     let rates = Rates { physics_step: step, loop_period: step, sensor_period: step, ..FACILITY };
     let (first, noise) = (AxisMotion::moving(0.0, SPEED_M_PER_S), SensorNoise::NONE);

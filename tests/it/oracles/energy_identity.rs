@@ -15,7 +15,7 @@ const TICK: Step = Step { index: 0, now: Nanos(0), dt: Nanos(4_000_000) };
 /// 63.2 kg at 0.035 m/s on 1066 N/m without loss, at 250 Hz: the reference scale of section 1.5.
 #[test]
 fn along_one_axis_the_mean_velocity_balances_every_tick() {
-    let plant = PointMass { mass_kg: 63.2 };
+    let plant = PointMass::of_mass(63.2);
     let mut state = plant.start(&AxisMotion::moving(0.0, 0.035));
     let tick_s = TICK.dt.seconds();
     let (mut mean_j, mut before_j, mut squares_n2) = (0.0, 0.0, 0.0);

@@ -1,24 +1,14 @@
 //! O15: how the residual of what is missing grows with the speed of approach.
 
-use crate::criteria::{FACILITY, KNOWN, MASS_KG, SPEED_M_PER_S, STIFFNESS_N_PER_M, cell, impact, spring, white};
+use super::energy::undelayed;
+use crate::criteria::{FACILITY, SPEED_M_PER_S, STIFFNESS_N_PER_M, cell, impact, spring, white};
 use nalgebra::{Matrix3, Vector3};
-use sim_core::closed_loop::{Clamps, ClosedLoop, Start};
-use sim_core::contact::{ContactLaw, Sides, SpringDashpot};
-use sim_core::criterion::{Observation, ObservedAxis, ObservedEnergy, Window, contact, observed_energy, speeds};
-use sim_core::effect::{Attached, Rates};
+use sim_core::contact::{ContactLaw, SpringDashpot};
+use sim_core::effect::Attached;
 use sim_core::effects::standard;
-use sim_core::energy::{Pairing, observed_damping_n_s_per_m, observed_j};
-use sim_core::force_sensor::{AxisCell, SensorNoise};
-use sim_core::link::Link;
-use sim_core::plant::PointMass;
-use sim_core::readout::Readout;
-use sim_core::restitution::{Release, peak_force_n, rebound};
-use sim_core::rig::DriveAxis;
-use sim_core::rng::Streams;
+use sim_core::force_sensor::SensorNoise;
 use sim_core::signals::ContactForce;
-use sim_core::space::{Axis, AxisMotion, AxisTouch};
-use sim_core::time::Nanos;
-use sim_core::trace::{Columns, Trace};
+use sim_core::space::{Axis, AxisTouch};
 
 /// Exponent p in rms ~ v^p between a speed and its double.
 fn exponent(rms_n: impl Fn(f64) -> f64, speed: f64) -> f64 {
