@@ -197,7 +197,7 @@ impl Arguments {
     fn model(&self, own: Option<&Own>, catalog: &Catalog<Axis>) -> Result<(Model, String, String), Error> {
         match (&self.model, own) {
             (Some(path), _) => {
-                let model = inputs::model(path, catalog)?;
+                let model = inputs::running_model(path, catalog)?;
                 let bytes = std::fs::read(path)
                     .map_err(|error| Error::new(format!("cannot read the model: {error}")).file(path))?;
                 Ok((model, path.display().to_string(), sha256_hex(&bytes)))

@@ -104,6 +104,7 @@ impl Source {
     pub fn parse(&self, catalog: &Catalog<Axis>) -> Result<(Scenario, Model), Error> {
         let scenario = Scenario::parse(&self.file.display().to_string(), &self.text)?;
         let model = Model::parse(&self.model_file.display().to_string(), &self.model_text, catalog)?;
+        let model = model.with_identified_robot().map_err(|error| error.file(&self.model_file))?;
         scenario.check_with(self, &model, catalog)?;
         Ok((scenario, model))
     }
