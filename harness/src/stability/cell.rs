@@ -4,7 +4,9 @@
 //! satellites integrate a held force exactly; the newest sample of the force counts.
 
 use super::subject::Cell;
-use crate::model::Chosen;
+use crate::model::{Chosen, LawModel, Model};
+use sim_core::compensator::{Compensation, VirtualPose};
+use sim_core::plant::PointIntegrator;
 use sim_core::stability::budget::{self, Contributor, Path, Stiffness};
 use sim_core::stability::sampled::{Arrival, Integrator, Issue, SampledLoop, SecondOrder, Seen, Sensing};
 
@@ -57,14 +59,55 @@ impl Linear {
             tool_mass_kg: 0.0,
             left_out: Vec::new(),
         };
+        let integrator = linear.choose(model);
         linear.late("dead time of the command", Path::Both, timing.command_delay_s);
-        linear.late("read-back of the pose", Path::Virtual, timing.measurement_delay_s);
-        let hold_s = budget::integrator_delay_s(Integrator::ExactHold, timing.loop_period_s);
+        if linear.sampled.stiffness_on == Seen::Measured {
+            linear.late("read-back of the pose", Path::Virtual, timing.measurement_delay_s);
+        }
+        let hold_s = budget::integrator_delay_s(integrator, timing.loop_period_s);
         linear.late("force held for one tick", Path::Both, hold_s);
         for chosen in &cell.effects {
             linear.add(chosen);
         }
         linear
+    }
+
+    /// Takes in the parts that the model chooses, or says why one is left out.
+    fn choose(&mut self, model: &Model) -> Integrator {
+        self.sampled.integrator = match model.plant.integrator {
+            PointIntegrator::ExactHold => Integrator::ExactHold,
+            PointIntegrator::SemiImplicit => Integrator::SemiImplicit,
+            PointIntegrator::Explicit => Integrator::Explicit,
+        };
+        let software = &model.virtual_contact;
+        if !software.architecture.feels() {
+            self.sampled.hardware_stiffness_n_per_m = 0.0;
+            self.sampled.hardware_damping_n_s_per_m = 0.0;
+            self.stiffness.hardware_n_per_m = 0.0;
+        }
+        if !software.architecture.computes() {
+            self.sampled.virtual_stiffness_n_per_m = 0.0;
+            self.sampled.virtual_damping_n_s_per_m = 0.0;
+            self.stiffness.virtual_n_per_m = 0.0;
+        }
+        match software.pose {
+            VirtualPose::Measured => {}
+            VirtualPose::Commanded => {
+                (self.sampled.stiffness_on, self.sampled.damping_on) = (Seen::Commanded, Seen::Commanded);
+            }
+            VirtualPose::Estimated(_) => {
+                self.left_out.push("virtual_contact.pose: the estimator; the pose counts as the measured one".into());
+            }
+        }
+        if model.contact.law != LawModel::SpringDashpot {
+            let what =
+                "contact.law: its stiffness depends on the depth; the loop has that of the depth at which they agree";
+            self.left_out.push(what.into());
+        }
+        if model.compensation != Compensation::default() {
+            self.left_out.push("compensation: run the loop to see it".into());
+        }
+        self.sampled.integrator
     }
 
     fn late(&mut self, name: &str, path: Path, delay_s: f64) {
