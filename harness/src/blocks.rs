@@ -4,10 +4,10 @@
 //! the contact keeps the path that it has.
 
 use crate::case::Case;
-use crate::model::{Chosen, Model};
+use crate::model::{Chosen, Device, Model};
 use sim_core::closed_loop::{Clamps, ClosedLoop, Start};
-use sim_core::compensator::Hybrid;
-use sim_core::contact::{Sides, SpringDashpot};
+use sim_core::compensator::{Compensation, DelayCompensation, Hybrid, Uncompensated};
+use sim_core::contact::{ContactLaw, Sides, SpringDashpot};
 use sim_core::effect::{Attached, Context, Effect, Rates};
 use sim_core::force_sensor::{AxisCell, SensorNoise};
 use sim_core::link::Link;
@@ -50,19 +50,25 @@ impl Base {
     }
 }
 
-/// The rig of a docking cell with these base values and this mass.
+/// The rig of a docking cell with these base values and this mass: a spring and a dashpot, no compensation, whatever else the
+/// model says; [`Cell::run`] has the model's own.
 pub fn docking_rig(model: &Model, base: &Base, mass_kg: f64) -> DockingAxis {
+    let law = SpringDashpot {
+        stiffness_n_per_m: base.stiffness_n_per_m,
+        damping_n_s_per_m: base.damping_n_s_per_m,
+        sides: model.contact.release.sides(),
+    };
+    rig(model, mass_kg, law, Uncompensated)
+}
+
+fn rig<L, D>(model: &Model, mass_kg: f64, law: L, delay: D) -> DockingAxis<L, Hybrid<D>> {
     let weight_n = model.sensor.tool_mass_kg * GRAVITY_M_PER_S2;
     DockingAxis {
-        plant: PointMass::of_mass(mass_kg),
+        plant: PointMass { mass_kg, integrator: model.plant.integrator },
         link: Link { dead_time_s: model.timing.command_delay_s },
         robot: StraightLine { corner_s: model.timing.loop_period_s, averaging_s: 2.0 * model.timing.sensor_period_s },
         readout: Readout { delay_s: model.timing.measurement_delay_s },
-        law: SpringDashpot {
-            stiffness_n_per_m: base.stiffness_n_per_m,
-            damping_n_s_per_m: base.damping_n_s_per_m,
-            sides: Sides::One,
-        },
+        law,
         sensor: AxisCell { tool_weight_n: weight_n, bias_n: model.sensor.bias_n },
         noise: SensorNoise::NONE,
         compensator: Hybrid {
@@ -71,8 +77,82 @@ pub fn docking_rig(model: &Model, base: &Base, mass_kg: f64) -> DockingAxis {
             virtual_stiffness_n_per_m: model.virtual_contact.stiffness_n_per_m,
             virtual_damping_n_s_per_m: model.virtual_contact.damping_n_s_per_m,
             dead_band_n: model.virtual_contact.dead_band_n,
-            ..Hybrid::default()
+            architecture: model.virtual_contact.architecture,
+            virtual_pose: model.virtual_contact.pose,
+            delay,
         },
+    }
+}
+
+/// A docking cell: a model, and what differs from it in one run.
+#[derive(Debug, Clone, Copy)]
+pub struct Cell<'a> {
+    /// The model.
+    pub model: &'a Model,
+    /// Its base values, as they were in this run.
+    pub base: Base,
+    /// Mass of the satellites.
+    pub mass_kg: f64,
+    /// Offset of the sensor that the compensator does not know of.
+    pub sensor_offset_n: f64,
+    /// Offset that the compensator takes out and the sensor does not have.
+    pub believed_offset_n: f64,
+}
+
+/// How a loop is run.
+struct Run<'r> {
+    effects: &'r [Attached<Axis>],
+    rates: Rates,
+    start: &'r Start<Axis>,
+    clamps: &'r Clamps<'r, Axis>,
+    columns: Columns,
+}
+
+impl<'a> Cell<'a> {
+    /// The model's own values, with this mass.
+    pub fn of(model: &'a Model, mass_kg: f64) -> Self {
+        Cell { model, base: Base::of(model), mass_kg, sensor_offset_n: 0.0, believed_offset_n: 0.0 }
+    }
+
+    /// Runs the loop. Which parts the model names is asked once, not in every step.
+    pub fn run(
+        &self,
+        effects: &[Attached<Axis>],
+        rates: Rates,
+        start: &Start<Axis>,
+        clamps: &Clamps<'_, Axis>,
+        columns: Columns,
+        trace: &mut Trace<Axis>,
+    ) {
+        let (base, contact) = (&self.base, &self.model.contact);
+        let device = contact.law.device(base.stiffness_n_per_m, base.damping_n_s_per_m, contact.release.sides());
+        let run = Run { effects, rates, start, clamps, columns };
+        match device.expect("the model was checked, and a fit turns its stiffness no further than zero") {
+            Device::SpringDashpot(law) => self.run_on(law, &run, trace),
+            Device::Hertz(law) => self.run_on(law, &run, trace),
+            Device::HuntCrossley(law) => self.run_on(law, &run, trace),
+            Device::Table(law) => self.run_on(law, &run, trace),
+        }
+    }
+
+    fn run_on<L: ContactLaw<Axis>>(&self, law: L, run: &Run<'_>, trace: &mut Trace<Axis>) {
+        match self.model.compensation {
+            Compensation::None(none) => self.run_with(law, none, run, trace),
+            some => self.run_with(law, some, run, trace),
+        }
+    }
+
+    fn run_with<L: ContactLaw<Axis>, D: DelayCompensation>(
+        &self,
+        law: L,
+        delay: D,
+        run: &Run<'_>,
+        trace: &mut Trace<Axis>,
+    ) {
+        let mut rig = rig(self.model, self.mass_kg, law, delay);
+        rig.sensor.bias_n += self.sensor_offset_n;
+        rig.compensator.bias_n += self.believed_offset_n;
+        ClosedLoop::new(&rig, run.effects, run.rates).run(run.start, run.clamps, run.columns, trace);
     }
 }
 
@@ -141,13 +221,12 @@ impl Schedule {
 
 /// The path block: recorded command in, achieved and reported pose out.
 pub fn path(model: &Model, case: &Case, effects: &[Chosen], schedule: Option<&Schedule>) -> Path {
-    let rig = docking_rig(model, &Base::of(model), case.mass_kg);
     let mut attached = attached(effects, is_on_path);
     attached.extend(schedule.map(Schedule::attach));
     let mut trace = Trace::default();
     let clamps = Clamps { commanded: Some(&case.commanded), ..Clamps::default() };
     let columns = Columns { loop_ticks: true, sensor_ticks: false, achieved: true, measured: false };
-    ClosedLoop::new(&rig, &attached, case.rates).run(&start(case), &clamps, columns, &mut trace);
+    Cell::of(model, case.mass_kg).run(&attached, case.rates, &start(case), &clamps, columns, &mut trace);
     let measured_m = trace.measured.iter().map(|motion| motion.position_m).collect();
     Path { achieved: trace.achieved, measured_m }
 }
@@ -161,11 +240,11 @@ pub fn force(
     effects: &[Chosen],
     trace: &mut Trace<Axis>,
 ) -> Vec<f64> {
-    let rig = docking_rig(model, base, case.mass_kg);
+    let cell = Cell { base: *base, ..Cell::of(model, case.mass_kg) };
     let attached = attached(effects, is_on_force);
     trace.clear();
     let clamps = Clamps { achieved: Some(&path.achieved), ..Clamps::default() };
-    ClosedLoop::new(&rig, &attached, case.rates).run(&start(case), &clamps, Columns::FORCE, trace);
+    cell.run(&attached, case.rates, &start(case), &clamps, Columns::FORCE, trace);
     let late_s: f64 = attached.iter().map(|attached| attached.effect.stamp_offset_s()).sum();
     stamped(&trace.sensed, late_s / case.rates.sensor_period.seconds())
 }

@@ -14,6 +14,8 @@ pub mod files;
 pub mod identify;
 pub mod model;
 pub mod recording;
+pub mod replay;
 pub mod report;
+pub mod scenario;
 pub mod simulate;
 pub mod stability;

@@ -8,11 +8,11 @@
 //!
 //! Not simulated: the two axes across, which hold the weight and nothing else; noise of the attitude.
 
-use crate::blocks::{self, Base, GRAVITY_M_PER_S2};
+use crate::blocks::{Base, Cell, GRAVITY_M_PER_S2};
 use crate::files::sha256_hex;
-use crate::model::{Chosen, Model};
+use crate::model::{Chosen, Model, Parts};
 use crate::recording::{Grade, Kind, Pose, Series, Session, Twist, Wrench};
-use sim_core::closed_loop::{Clamps, ClosedLoop, Start};
+use sim_core::closed_loop::{Clamps, Start};
 use sim_core::effect::{Attached, Rates};
 use sim_core::force_sensor::SensorNoise;
 use sim_core::recorder::{LogChannel, stamped};
@@ -24,9 +24,9 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 /// Rounding of the recorded force, as the recorded cells have it.
-const FORCE_QUANTUM_N: f64 = 1e-3;
+pub(crate) const FORCE_QUANTUM_N: f64 = 1e-3;
 /// Rounding of the recorded position, as the recorded cells have it.
-const POSITION_QUANTUM_M: f64 = 1e-6;
+pub(crate) const POSITION_QUANTUM_M: f64 = 1e-6;
 /// What is left of the slow part of the noise after one sample, as the recorded cells declare it.
 const SLOW_MEMORY: f64 = 0.95;
 /// Where the robot waits and is excited: far from contact.
@@ -142,25 +142,35 @@ fn recorded(model: &Model, effects: &[Chosen], run: &Run, nth: usize, seed: u64)
         damping_n_s_per_m: nominal.damping_n_s_per_m * scatter.damping,
         ..nominal
     };
-    let mut rig = blocks::docking_rig(model, &base, mass_kg);
     // The compensator goes on believing the declared bias.
-    rig.sensor.bias_n += scatter.offset_n;
+    let cell = Cell { base, sensor_offset_n: scatter.offset_n, ..Cell::of(model, mass_kg) };
     let attached: Vec<Attached<Axis>> = effects.iter().map(Chosen::attach).collect();
-    let noise = SensorNoise {
+    let start = Start { first, from: Nanos(0), until, noise: noise(model), streams };
+    let clamps = Clamps { commanded: commanded.as_deref(), ..Clamps::default() };
+    let mut trace = Trace::default();
+    cell.run(&attached, rates, &start, &clamps, Columns::LOG, &mut trace);
+    let late_s = attached.iter().map(|attached| attached.effect.stamp_offset_s()).sum();
+    let kind = match run.task {
+        Task::Rest { .. } => Kind::Static,
+        Task::Excite { .. } => Kind::FreeFlight,
+        Task::Impact { .. } => Kind::Impact,
+    };
+    let label = Label { name: run.name, kind, start_ns: FIRST_NS + nth as i64 * BETWEEN_NS };
+    written(model, &label, mass_kg, &trace, late_s, &streams)
+}
+
+/// The sensor's noise, as the model declares it.
+pub(crate) fn noise(model: &Model) -> SensorNoise {
+    SensorNoise {
         white_n: model.sensor.white_sigma_n,
         slow_n: model.sensor.slow_sigma_n,
         memory: SLOW_MEMORY,
         quantum_n: FORCE_QUANTUM_N,
-    };
-    let start = Start { first, from: Nanos(0), until, noise, streams };
-    let clamps = Clamps { commanded: commanded.as_deref(), ..Clamps::default() };
-    let mut trace = Trace::default();
-    ClosedLoop::new(&rig, &attached, rates).run(&start, &clamps, Columns::LOG, &mut trace);
-    let late_s = attached.iter().map(|attached| attached.effect.stamp_offset_s()).sum();
-    written(model, run, nth, mass_kg, &trace, late_s, &streams)
+    }
 }
 
-fn rates(model: &Model) -> Rates {
+/// The clocks of the model: the first sample of the sensor ends its first period.
+pub(crate) fn rates(model: &Model) -> Rates {
     let sensor_period = Nanos::from_seconds(model.timing.sensor_period_s);
     Rates {
         physics_step: Nanos::from_seconds(model.timing.physics_step_s),
@@ -202,11 +212,20 @@ fn excited(time_s: f64) -> AxisMotion {
     AxisMotion { pitch_rad: sines([(0.06, 0.53), (0.04, 1.31), (0.02, 3.1)]), ..AxisMotion::moving(position_m, 0.0) }
 }
 
+/// What a recording is called, what was done in it, and when.
+pub(crate) struct Label<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// What was done.
+    pub kind: Kind,
+    /// Time of its beginning, in ns.
+    pub start_ns: i64,
+}
+
 /// The stage outside the loop: read-out noise, rounding, stamps, and the record of what the operator believes.
-fn written(
+pub(crate) fn written(
     model: &Model,
-    run: &Run,
-    nth: usize,
+    label: &Label<'_>,
     mass_kg: f64,
     trace: &Trace<Axis>,
     late_s: f64,
@@ -225,19 +244,15 @@ fn written(
         linear_m_per_s: [0.0, 0.0, motion.velocity_m_per_s],
         angular_rad_per_s: [0.0; 3],
     };
-    let kind = match run.task {
-        Task::Rest { .. } => Kind::Static,
-        Task::Excite { .. } => Kind::FreeFlight,
-        Task::Impact { .. } => Kind::Impact,
-    };
+    let kind = label.kind;
     let twist = || Series { time_ns: loop_ns.clone(), value: trace.after.iter().map(twist).collect() };
     // There is no file: what would be its bytes are the numbers that it would hold.
     let numbers = trace.sensed.iter().copied().chain(measured.value.iter().map(|pose| pose.position_m[2]));
-    let bytes: Vec<u8> = run.name.bytes().chain(numbers.flat_map(f64::to_le_bytes)).collect();
+    let bytes: Vec<u8> = label.name.bytes().chain(numbers.flat_map(f64::to_le_bytes)).collect();
     Session {
-        file: format!("{}.simulated", run.name).into(),
+        file: format!("{}.simulated", label.name).into(),
         sha256: sha256_hex(&bytes),
-        start_ns: FIRST_NS + nth as i64 * BETWEEN_NS,
+        start_ns: label.start_ns,
         kind,
         believed: believed(model, mass_kg, kind),
         twist: (kind == Kind::Impact).then(twist),
@@ -279,6 +294,7 @@ fn believed(model: &Model, mass_kg: f64, kind: Kind) -> BTreeMap<String, String>
     let mut record: BTreeMap<String, String> =
         numbers.into_iter().map(|(key, value)| (key.to_string(), value.to_string())).collect();
     record.insert("ft_bias".into(), format!("[0.0, 0.0, {}]", model.sensor.bias_n));
+    record.extend(Parts::text(model).map(|text| (Parts::KEY.to_owned(), text)));
     record.insert("kind".into(), kind.id().into());
     record
 }

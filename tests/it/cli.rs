@@ -27,7 +27,7 @@ fn a_mistake_in_a_model_is_shown_at_its_place() {
     check_mistake(
         "\nmass_kg = 63.2",
         "\nmass = 63.2",
-        "  × DIR/m.toml: line 11: unknown field `mass`, expected `mass_kg`
+        "  × DIR/m.toml: line 11: unknown field `mass`, expected `mass_kg` or `integrator`
     ╭─[11:1]
  10 │ [plant]
  11 │ mass = 63.2
@@ -334,7 +334,13 @@ fn the_list_of_effects_is_the_catalogue() {
 
 #[test]
 fn the_schema_is_current() {
-    for (name, args) in [("model-1.json", &["model", "schema"][..]), ("map-1.json", &["model", "schema", "--map"])] {
+    let all = [
+        ("model-1.json", &["model", "schema"][..]),
+        ("map-1.json", &["model", "schema", "--map"]),
+        ("model-space-1.json", &["model", "schema", "--space"]),
+        ("scenario-1.json", &["run", "--schema"]),
+    ];
+    for (name, args) in all {
         let committed = std::fs::read_to_string(fixtures::folder().join("schemas").join(name)).unwrap();
         let again = format!("cargo run -- {} > fixtures/schemas/{name}", args.join(" "));
         let printed = Shell::new().run(args).out;

@@ -20,6 +20,8 @@ mod oracles;
 mod page;
 mod physics;
 mod recording;
+mod replay;
+mod scenario;
 mod sets;
 mod shell;
 mod stability;

@@ -287,7 +287,8 @@ pub fn check_digits(cell: &str) {
 fn the_page_holds_every_section() {
     let page = page(Verdict::Explained);
     for section in Section::ALL {
-        assert!(page.has(section), "{} is empty", section.title());
+        // Stable domains belong to another command's page.
+        assert_eq!(page.has(section), section != Section::Charts, "{}", section.title());
     }
     let (html, text) = (html(&page), text(&page, 100));
     assert!(html.len() < 3_000_000, "{} bytes", html.len());

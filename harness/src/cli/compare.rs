@@ -89,7 +89,7 @@ impl Arguments {
             let what = format!("{} free runs have no spread", self.samples);
             return Err(Error::new(what).place("--samples").help("give at least 2; 40 make the usual bands"));
         }
-        let model = inputs::model(path, catalog)?;
+        let model = inputs::running_model(path, catalog)?;
         let sessions = self.reading.sessions(&self.recordings, console)?;
         inputs::each_once(&sessions.iter().collect::<Vec<_>>())?;
         let progress = console.progress();

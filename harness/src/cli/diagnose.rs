@@ -51,7 +51,7 @@ impl Arguments {
             inputs::not_read(path, read.chain(&self.outputs.json).chain(&self.outputs.report))?;
             inputs::writable_new(path, self.force)?;
         }
-        let model = inputs::model(&self.model, catalog)?;
+        let model = inputs::running_model(&self.model, catalog)?;
         let learn = self.reading.sessions(&self.learn, console)?;
         let aux = self.reading.sessions(&self.aux, console)?;
         let test = self.reading.sessions(&self.test, console)?;
@@ -98,7 +98,10 @@ fn found(path: &Path, outcome: &Outcome, learn: &[Session], catalog: &Catalog<Ax
     editor.set_all_base(&outcome.base);
     let files: Vec<String> = learn.iter().map(|session| session.file.display().to_string()).collect();
     let source = format!("fitted by dockhil diagnose, base values too, to {}", files.join(", "));
-    for chosen in &outcome.found {
+    // A lag that was identified stands in its own table.
+    let robot = inputs::model(path, catalog)?.robot.and_then(|robot| robot.z);
+    let identified = robot.is_some_and(|axis| axis.natural_frequency_hz.is_some());
+    for chosen in outcome.found.iter().filter(|chosen| !identified || chosen.kind.id != "robot-second-order") {
         let names = chosen.kind.params.iter().map(|param| param.name.to_string());
         let values: Vec<(String, f64)> = names.zip(chosen.values.iter().copied()).collect();
         editor.set(&chosen.kind.id, &values, &source);

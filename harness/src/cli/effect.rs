@@ -122,7 +122,7 @@ fn fit_into(
     progress: &Progress,
 ) -> Result<String, Error> {
     progress.say("fitting the effects and the base values");
-    let model = Model::parse("the model", &editor.text(), catalog)?;
+    let model = Model::parse("the model", &editor.text(), catalog)?.with_identified_robot()?;
     let refit = refit(&model, catalog, ids, learn)?;
     let files: Vec<String> = learn.iter().map(|session| session.file.display().to_string()).collect();
     let source = format!("fitted by dockhil effect fit, base values too, to {}", files.join(", "));

@@ -129,6 +129,11 @@ pub fn model(path: &Path, catalog: &Catalog<Axis>) -> Result<Model, Error> {
     Model::read(path, catalog)
 }
 
+/// The model as its loop runs, with what was identified of its robot.
+pub fn running_model(path: &Path, catalog: &Catalog<Axis>) -> Result<Model, Error> {
+    model(path, catalog)?.with_identified_robot().map_err(|error| error.file(path))
+}
+
 /// Refuses a recording that is given twice: it would count twice.
 pub fn each_once(sessions: &[&Session]) -> Result<(), Error> {
     for (place, session) in sessions.iter().enumerate() {

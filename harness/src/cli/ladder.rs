@@ -34,7 +34,7 @@ impl Arguments {
     /// Does what was asked for.
     pub fn run(&self, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Exit, Error> {
         self.outputs.check(self.test.iter().chain(&self.aux).chain([&self.model]).chain(&self.reading.map))?;
-        let model = inputs::model(&self.model, catalog)?;
+        let model = inputs::running_model(&self.model, catalog)?;
         let aux = self.reading.sessions(&self.aux, console)?;
         let test = self.reading.sessions(&self.test, console)?;
         inputs::apart(&aux, &test)?;

@@ -15,6 +15,8 @@ mod ladder;
 mod model;
 mod outcome;
 mod progress;
+mod replay;
+mod run;
 mod stability;
 
 pub use console::{Console, Look};
@@ -30,7 +32,7 @@ use std::ffi::OsString;
 /// What stands below the list of commands.
 const AFTER_HELP: &str = "\
 Exit codes: 0 pass · 1 a criterion failed · 2 wrong usage or input · 3 undecided · 4 nothing to run
-            101 bug · 130 interrupted
+            5 replay diverged · 6 a fault did nothing · 101 bug · 130 interrupted
 Data goes to standard output, progress and errors to standard error. NO_COLOR is honoured.
 
 Start with: dockhil demo";
@@ -50,6 +52,10 @@ enum Command {
     Model(model::Arguments),
     /// List, show, add, remove and fit the physical effects of a model.
     Effect(effect::Arguments),
+    /// Run a scenario: record it, judge it.
+    Run(run::Arguments),
+    /// Run a recording through a model, clamped where asked, with faults put in: what would have changed?
+    Replay(replay::Arguments),
     /// Compare a model with recordings: where it fails, and by how much.
     Compare(compare::Arguments),
     /// Rank the physical effects that would remove the remaining error.
@@ -139,6 +145,8 @@ impl Command {
         match self {
             Command::Model(arguments) => arguments.run(catalog, console),
             Command::Effect(arguments) => arguments.run(catalog, console),
+            Command::Run(arguments) => arguments.run(catalog, console),
+            Command::Replay(arguments) => arguments.run(catalog, console),
             Command::Compare(arguments) => arguments.run(catalog, console),
             Command::Diagnose(arguments) => arguments.run(catalog, console),
             Command::Ladder(arguments) => arguments.run(catalog, console),

@@ -5,7 +5,7 @@ use super::inputs::{self, Reading};
 use super::outcome::Exit;
 use crate::error::Error;
 use crate::files::write_whole;
-use crate::model::{self, Model, RigKind};
+use crate::model::{self, Model, RigKind, SpaceModel};
 use crate::recording::{Map, read};
 use clap::{Args, Subcommand};
 use sim_core::effect::Catalog;
@@ -48,6 +48,9 @@ struct Schema {
     /// The schema of maps instead: topics, units and conventions of recordings.
     #[arg(long)]
     map: bool,
+    /// The schema of models with six axes instead.
+    #[arg(long, conflicts_with = "map")]
+    space: bool,
 }
 
 #[derive(Debug, Args)]
@@ -61,13 +64,24 @@ impl Arguments {
     pub fn run(&self, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Exit, Error> {
         match &self.verb {
             Verb::Init(init) => init.run(catalog, console)?,
-            Verb::Schema(Schema { map: true }) => {
+            Verb::Schema(Schema { map: true, .. }) => {
                 console.print(&format!("{:#}\n", schemars::schema_for!(Map).to_value()));
             }
-            Verb::Schema(Schema { map: false }) => console.print(&format!("{:#}\n", model::schema(catalog))),
+            Verb::Schema(Schema { space: true, .. }) => {
+                console.print(&format!("{:#}\n", model::space_schema(catalog)));
+            }
+            Verb::Schema(Schema { map: false, space: false }) => {
+                console.print(&format!("{:#}\n", model::schema(catalog)))
+            }
             Verb::Check(check) => {
-                let model = inputs::model(&check.model, catalog)?;
-                console.print(&format!("{}: {}\n", check.model.display(), in_short(&model)));
+                let text = std::fs::read_to_string(&check.model).unwrap_or_default();
+                let name = check.model.display();
+                let short = if SpaceModel::is_meant(&text) {
+                    in_short_space(&SpaceModel::parse(&name.to_string(), &text, catalog)?)
+                } else {
+                    in_short(&inputs::model(&check.model, catalog)?)
+                };
+                console.print(&format!("{name}: {short}\n"));
             }
         }
         Ok(Exit::Pass)
@@ -88,6 +102,16 @@ impl Init {
         console.print(&format!("{}: written; {}\n", self.output.display(), in_short(&model)));
         Ok(())
     }
+}
+
+fn in_short_space(model: &SpaceModel) -> String {
+    format!(
+        "docking cell with six axes, {:.4} kg reduced along its axis, {} N/m, {} N s/m, effects: {}",
+        model.reduced_mass_kg(),
+        model.contact.stiffness_n_per_m,
+        model.contact.damping_n_s_per_m,
+        model.effects.len()
+    )
 }
 
 fn in_short(model: &Model) -> String {

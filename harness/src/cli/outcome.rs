@@ -14,6 +14,10 @@ pub enum Exit {
     Undecided = 3,
     /// Nothing in the files that the command could work on.
     NothingToRun = 4,
+    /// A recording of ours, replayed with nothing clamped and nothing put in, is not the same.
+    Diverged = 5,
+    /// A fault that was put in changed nothing.
+    Idle = 6,
 }
 
 impl Exit {

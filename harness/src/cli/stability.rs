@@ -81,7 +81,7 @@ impl Arguments {
     fn subject(&self, catalog: &Catalog<Axis>) -> Result<Subject, Error> {
         match (&self.model, self.mass_kg, self.stiffness_n_per_m, self.damping_n_s_per_m) {
             (Some(path), ..) => {
-                let model = inputs::model(path, catalog)?;
+                let model = inputs::running_model(path, catalog)?;
                 Subject::of_model(model, catalog).map_err(|error| error.file(path))
             }
             (None, Some(mass_kg), Some(stiffness_n_per_m), Some(damping_n_s_per_m)) => {

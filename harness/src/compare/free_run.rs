@@ -7,11 +7,11 @@
 use super::log::Log;
 use super::quantity::{self, Seen};
 use super::result::FreeRunSummary;
-use crate::blocks::{self, Base};
+use crate::blocks::{self, Base, Cell};
 use crate::case::Case;
 use crate::model::{Chosen, Model};
 use rayon::prelude::*;
-use sim_core::closed_loop::{Clamps, ClosedLoop, Start};
+use sim_core::closed_loop::{Clamps, Start};
 use sim_core::effect::{Attached, Rates};
 use sim_core::force_sensor::SensorNoise;
 use sim_core::rng::Streams;
@@ -121,13 +121,11 @@ fn drawn(model: &Model, case: &Case, noise: SensorNoise, seed: u64, index: usize
 
 /// One free run; `None` if it ran away.
 fn free(model: &Model, attached: &[Attached<Axis>], case: &Case, inputs: &Inputs, threshold_n: f64) -> Option<Free> {
-    let mut rig = blocks::docking_rig(model, &inputs.base, case.mass_kg);
-    // The sensor has the offset; the compensator does not know of it.
-    rig.sensor.bias_n += inputs.offset_n;
+    let cell = Cell { base: inputs.base, sensor_offset_n: inputs.offset_n, ..Cell::of(model, case.mass_kg) };
     let start =
         Start { first: case.first, from: Nanos(0), until: case.until, noise: inputs.noise, streams: inputs.streams };
     let mut trace = Trace::default();
-    ClosedLoop::new(&rig, attached, inputs.rates).run(&start, &Clamps::default(), Columns::LOG, &mut trace);
+    cell.run(attached, inputs.rates, &start, &Clamps::default(), Columns::LOG, &mut trace);
     let late_s: f64 = attached.iter().map(|attached| attached.effect.stamp_offset_s()).sum();
     let sensed_n = blocks::stamped(&trace.sensed, late_s / case.rates.sensor_period.seconds());
     let stays = |position_m: f64| position_m.is_finite() && position_m.abs() <= TRAVEL_MAX_M;

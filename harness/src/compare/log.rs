@@ -4,6 +4,7 @@
 use crate::blocks::GRAVITY_M_PER_S2;
 use crate::case::Case;
 use crate::model::Model;
+use sim_core::plant::PointIntegrator;
 use sim_core::space::{Axis, AxisMotion};
 use sim_core::trace::Trace;
 
@@ -37,7 +38,7 @@ impl Log {
         let after = if case.after_m_per_s.value.len() == case.commanded.len() {
             case.after_m_per_s.value.clone()
         } else {
-            after_from_commands(case)
+            after_from_commands(model, case)
         };
         Log::new(case, force_n, case.sensed_n.known.clone(), after)
     }
@@ -92,17 +93,24 @@ pub fn contact_force_n(model: &Model, case: &Case, commanded: &[AxisMotion], rea
     reading_n.iter().enumerate().map(of).collect()
 }
 
-/// Velocities after each tick where no twist was recorded. Two commands give the mean velocity of a tick exactly, `v̄`, and
-/// `v₊ = 2 v̄ - v₋`.
-fn after_from_commands(case: &Case) -> Vec<f64> {
+/// Velocities after each tick where no twist was recorded. Two commands give the velocity that moved the point within a tick, `v̄`.
+/// Where the force is held exactly it is the mean of the tick, and `v₊ = 2 v̄ - v₋`; by the other integrators it is the velocity
+/// after the tick, or the one before it.
+fn after_from_commands(model: &Model, case: &Case) -> Vec<f64> {
     let period_s = case.rates.loop_period.seconds();
+    let moved = case.commanded.windows(2).map(|pair| (pair[1].position_m - pair[0].position_m) / period_s);
     let mut before = case.first.velocity_m_per_s;
-    let mut out = Vec::with_capacity(case.commanded.len());
-    for pair in case.commanded.windows(2) {
-        let mean = (pair[1].position_m - pair[0].position_m) / period_s;
-        before = 2.0 * mean - before;
-        out.push(before);
-    }
-    out.push(before);
+    let mut out: Vec<f64> = match model.plant.integrator {
+        PointIntegrator::ExactHold => moved
+            .map(|mean| {
+                before = 2.0 * mean - before;
+                before
+            })
+            .collect(),
+        PointIntegrator::SemiImplicit => moved.collect(),
+        PointIntegrator::Explicit => moved.skip(1).collect(),
+    };
+    let last = out.last().copied().unwrap_or(before);
+    out.resize(case.commanded.len(), last);
     out
 }

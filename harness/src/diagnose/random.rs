@@ -3,7 +3,7 @@
 //! A fit cannot predict which packet is lost, but the recording tells: a lost packet leaves the robot where it was for one tick,
 //! `v T` behind (0.14 mm at 35 mm/s), seven times the read-out noise. Losses are decoded as the most likely path of a two-state
 //! chain (Viterbi); its transitions are paid for with their probabilities, so that noise cannot be explained away by losses.
-//! The latenesses of jitter are decoded in [`super::jitter`].
+//! The latenesses of jitter are decoded in `jitter`.
 
 use super::jitter;
 use super::problem::{Problem, Run};

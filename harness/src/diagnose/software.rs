@@ -5,13 +5,14 @@
 //! pose that the controller had at hand (its own, without read-out noise). Where that pose follows from the commands (dead time
 //! and read-back), nothing in it is fitted. An extra delay on the way shows itself in the virtual force and is found exactly.
 
-use crate::blocks::{self, Base};
+use crate::blocks::{self, Cell};
 use crate::case::Case;
 use crate::model::{Chosen, Model};
 use serde::Serialize;
-use sim_core::closed_loop::{Clamps, ClosedLoop, Start};
+use sim_core::closed_loop::{Clamps, Start};
 use sim_core::effect::Attached;
 use sim_core::force_sensor::SensorNoise;
+use sim_core::plant::PointIntegrator;
 use sim_core::rng::Streams;
 use sim_core::signals::Wire;
 use sim_core::time::Nanos;
@@ -121,8 +122,7 @@ impl<'a> Inputs<'a> {
 
 /// Commands and net forces that our software makes of the recorded force.
 fn recomputed(model: &Model, case: &Case, inputs: &Inputs<'_>) -> (Vec<f64>, Vec<f64>) {
-    let mut rig = blocks::docking_rig(model, &Base::of(model), case.mass_kg * inputs.mass_ratio);
-    rig.compensator.bias_n += inputs.bias_error_n;
+    let cell = Cell { believed_offset_n: inputs.bias_error_n, ..Cell::of(model, case.mass_kg * inputs.mass_ratio) };
     let on_path = inputs.effects.iter().filter(|chosen| blocks::is_on_path(&chosen.kind.wires));
     let attached: Vec<Attached<_>> = on_path.map(Chosen::attach).collect();
     let sensed: Vec<f64> = (0..case.sensed_n.value.len() as i64)
@@ -142,7 +142,7 @@ fn recomputed(model: &Model, case: &Case, inputs: &Inputs<'_>) -> (Vec<f64>, Vec
     };
     let mut trace = Trace::default();
     let columns = Columns { loop_ticks: true, sensor_ticks: false, achieved: false, measured: false };
-    ClosedLoop::new(&rig, &attached, case.rates).run(&start, &clamps, columns, &mut trace);
+    cell.run(&attached, case.rates, &start, &clamps, columns, &mut trace);
     (trace.commanded.iter().map(|motion| motion.position_m).collect(), trace.feedback)
 }
 
@@ -158,12 +158,18 @@ fn balance(model: &Model, case: &Case, inputs: &Inputs<'_>) -> Vec<Balance> {
     let (_, feedback) = recomputed(model, case, &Inputs { clamped: true, ..*inputs });
     let factor = 2.0 * case.mass_kg / (case.rates.loop_period.seconds() * case.rates.loop_period.seconds());
     let x = |tick: usize| case.commanded[tick].position_m;
+    // Twice the force that bends the path of the commands, by each integrator.
+    let felt = |now_n: f64, before_n: f64| match model.plant.integrator {
+        PointIntegrator::ExactHold => now_n + before_n,
+        PointIntegrator::SemiImplicit => 2.0 * now_n,
+        PointIntegrator::Explicit => 2.0 * before_n,
+    };
     let whole = |tick: usize| case.commanded_known[tick - 1..=tick + 1].iter().all(|known| *known);
     (1..case.commanded.len() - 1)
         .filter(|&tick| whole(tick))
         .map(|tick| Balance {
             acted_n: -(x(tick + 1) - 2.0 * x(tick) + x(tick - 1)) * factor,
-            felt_n: feedback[tick] + feedback[tick - 1],
+            felt_n: felt(feedback[tick], feedback[tick - 1]),
         })
         .filter(|balance| balance.felt_n.abs() > 2.0 * FELT_N)
         .collect()
@@ -200,12 +206,16 @@ pub fn examine(model: &Model, case: &Case, effects: &[Chosen], delay: &Chosen) -
     }
     software.closure_m = Some(closure_m(model, case, effects, 1.0));
     if software.closes() {
-        software.pose_delay_s = shows_pose(model).then_some(0.0);
+        software.pose_delay_s = model.hears_pose().then_some(0.0);
+        return software;
+    }
+    if model.moves_command() {
+        // The commands are not where the satellites were: no balance can be drawn from them.
         return software;
     }
     let (shift, mut best) = best_shift(model, case, effects);
     let mut with = effects.to_vec();
-    let unbalanced = shows_pose(model) && best.0 > 1e-6;
+    let unbalanced = model.hears_pose() && best.0 > 1e-6;
     let delayed = if unbalanced { best_delay(model, case, effects, delay, shift) } else { None };
     if let Some((delay_s, found)) = delayed.filter(|(_, found)| found.0 < 0.5 * best.0) {
         best = found;
@@ -228,10 +238,6 @@ pub fn examine(model: &Model, case: &Case, effects: &[Chosen], delay: &Chosen) -
     let differences = case.commanded.iter().zip(&commanded).map(|(a, b)| (a.position_m - b).abs());
     software.closure_found_m = Some(differences.fold(0.0, f64::max));
     software
-}
-
-fn shows_pose(model: &Model) -> bool {
-    model.virtual_contact.stiffness_n_per_m != 0.0 || model.virtual_contact.damping_n_s_per_m != 0.0
 }
 
 /// The shift of the force stream that balances best.

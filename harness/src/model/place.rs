@@ -3,7 +3,8 @@
 use std::ops::Range;
 use toml_edit::{Document, Item, Table};
 
-/// The bytes of `table.key = value`, or of a key at the top; the table, then the start of the file, if it is not written.
+/// The bytes of `table.key = value`, or of a key at the top; the innermost table that is there, then the start of the file, if it
+/// is not written.
 pub fn of_key(text: &str, path: &str) -> Range<usize> {
     let Ok(document) = Document::parse(text) else { return 0..0 };
     let (mut table, mut path, mut whole) = (document.as_table(), path, 0..0);
@@ -18,8 +19,13 @@ pub fn of_key(text: &str, path: &str) -> Range<usize> {
 
 /// The same in the `nth` effect; without a key, or if it is not written, the effect's id.
 pub fn in_effect(text: &str, nth: usize, key: Option<&str>) -> Range<usize> {
+    in_list(text, "effect", nth, key)
+}
+
+/// The same in the `nth` table of any list.
+pub fn in_list(text: &str, list: &str, nth: usize, key: Option<&str>) -> Range<usize> {
     let Ok(document) = Document::parse(text) else { return 0..0 };
-    let table = document.get("effect").and_then(Item::as_array_of_tables).and_then(|tables| tables.get(nth));
+    let table = document.get(list).and_then(Item::as_array_of_tables).and_then(|tables| tables.get(nth));
     let Some(table) = table else { return 0..0 };
     key.and_then(|key| line(table, key)).or_else(|| in_table(table, "id")).unwrap_or(0..0)
 }

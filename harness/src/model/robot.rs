@@ -3,7 +3,8 @@
 //! An axis that stands here replaces `timing.command_delay_s` and `timing.measurement_delay_s` for whoever uses it; it never adds
 //! to them, since a stated delay may be this very lag.
 
-use super::Sign;
+use super::{EffectModel, Model, RigKind, Sign};
+use crate::error::Error;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -125,5 +126,82 @@ impl RobotModel {
             let help = "a dead time and the lag that explains it are the same delay twice: keep what was identified";
             (!fits).then(|| (place, what, help.to_owned()))
         })
+    }
+}
+
+/// The effect that a lag becomes in the loop.
+const LAG: &str = "robot-second-order";
+
+impl Model {
+    /// The model as its loop runs: what was identified along z stands in the place of the stated delays. The dead time is that of
+    /// the whole way from command to report, so that the command has what the read-back leaves of it; a lag becomes the effect
+    /// `robot-second-order`.
+    ///
+    /// # Errors
+    /// When less than one period of the loop is left for the command, or the lag stands in the model twice.
+    pub fn with_identified_robot(mut self) -> Result<Self, Error> {
+        let Some(axis) = self.robot.as_ref().and_then(|robot| robot.z) else { return Ok(self) };
+        let refuse = |what: String, help: &str| Err(Error::new(what).place("table robot.z").help(help));
+        if self.rig == RigKind::Drive {
+            return refuse("a drive has no robot".to_owned(), "take the table out, or set rig = \"docking\"");
+        }
+        let timing = &mut self.timing;
+        let command_s = axis.dead_time_s.unwrap_or(0.0) - timing.measurement_delay_s;
+        if command_s < timing.loop_period_s {
+            return refuse(
+                format!(
+                    "leaves {command_s} s for the command after {} s of read-back, less than one loop period, {} s",
+                    timing.measurement_delay_s, timing.loop_period_s
+                ),
+                "the robot draws a straight line to a command that it must know; take the table out to use the delays of timing",
+            );
+        }
+        timing.command_delay_s = command_s;
+        if let (Some(frequency), Some(damping)) = (axis.natural_frequency_hz, axis.damping_ratio) {
+            if self.effects.iter().any(|effect| effect.id == LAG) {
+                let what = format!("holds a lag, and the effect {LAG} holds another one");
+                return refuse(what, "keep one of the two: it is the same robot");
+            }
+            let values = [("natural_frequency_hz", frequency), ("damping_ratio", damping)];
+            self.effects.push(EffectModel {
+                id: LAG.to_owned(),
+                enabled: true,
+                source: self.robot.as_ref().map(|robot| robot.source.clone()).unwrap_or_default(),
+                values: values.map(|(name, value)| (name.to_owned(), value)).into(),
+            });
+        }
+        Ok(self)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn model(robot: &str) -> Model {
+        let text = format!(
+            "schema = 1\nname = \"cell\"\nrig = \"docking\"\n[plant]\nmass_kg = 60.0\n[contact]\nstiffness_n_per_m = \
+             1000.0\ndamping_n_s_per_m = 6.0\n[timing]\ncommand_delay_s = 0.016\nmeasurement_delay_s = 0.016\n{robot}"
+        );
+        Model::parse("cell.toml", &text, &sim_core::effects::standard()).unwrap()
+    }
+
+    #[test]
+    fn what_was_identified_takes_the_place_of_the_stated_delay() {
+        let bare = model("");
+        assert_eq!(bare.clone().with_identified_robot().unwrap(), bare, "no robot, no change");
+        let late = model("[robot.z]\nform = \"dead-time\"\ndead_time_s = 0.04\n").with_identified_robot().unwrap();
+        assert!((late.timing.command_delay_s - 0.024).abs() < 1e-15 && late.effects.is_empty());
+        let lag = "natural_frequency_hz = 10.0\ndamping_ratio = 0.5\ndead_time_s = 0.024\n";
+        let lag = model(&format!("[robot.z]\nform = \"lag-and-dead-time\"\n{lag}")).with_identified_robot().unwrap();
+        assert!((lag.timing.command_delay_s - 0.008).abs() < 1e-15);
+        assert_eq!(lag.effects[0].values["natural_frequency_hz"], 10.0);
+    }
+
+    #[test]
+    fn a_way_that_the_loop_cannot_run_is_refused() {
+        let alone = "[robot.z]\nform = \"lag\"\nnatural_frequency_hz = 10.0\ndamping_ratio = 0.5\n";
+        let error = model(alone).with_identified_robot().unwrap_err();
+        assert!(error.what.contains("less than one loop period"), "{}", error.what);
     }
 }

@@ -1,14 +1,31 @@
 //! The JSON schema of the model file, generated from the types and the catalogue.
 
-use super::Model;
+use super::{Model, SpaceModel};
 use serde_json::{Map, Value, json};
 use sim_core::effect::Catalog;
 use sim_core::space::Axis;
 
 /// The schema; editors complete and check a model file with it.
 pub fn schema(catalog: &Catalog<Axis>) -> Value {
-    let mut schema = serde_json::to_value(schemars::schema_for!(Model)).unwrap_or(Value::Null);
-    let effects: Vec<Value> = catalog
+    with_effects(serde_json::to_value(schemars::schema_for!(Model)), catalog)
+}
+
+/// The schema of models with six axes.
+pub fn space_schema(catalog: &Catalog<Axis>) -> Value {
+    with_effects(serde_json::to_value(schemars::schema_for!(SpaceModel)), catalog)
+}
+
+fn with_effects(schema: serde_json::Result<Value>, catalog: &Catalog<Axis>) -> Value {
+    let mut schema = schema.unwrap_or(Value::Null);
+    if let Some(definitions) = schema.get_mut("$defs").and_then(Value::as_object_mut) {
+        definitions.insert("EffectModel".into(), json!({ "oneOf": effect_schemas(catalog) }));
+    }
+    schema
+}
+
+/// The schema of each effect's table.
+pub(crate) fn effect_schemas(catalog: &Catalog<Axis>) -> Vec<Value> {
+    catalog
         .kinds()
         .iter()
         .map(|kind| {
@@ -26,9 +43,5 @@ pub fn schema(catalog: &Catalog<Axis>) -> Value {
             }
             json!({ "type": "object", "description": kind.about, "properties": properties, "required": required, "additionalProperties": false })
         })
-        .collect();
-    if let Some(definitions) = schema.get_mut("$defs").and_then(Value::as_object_mut) {
-        definitions.insert("EffectModel".into(), json!({ "oneOf": effects }));
-    }
-    schema
+        .collect()
 }

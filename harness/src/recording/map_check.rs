@@ -88,7 +88,7 @@ pub(super) fn roles(map: &Map) -> Vec<(Role, &str)> {
 }
 
 /// The clock that dates a role's samples.
-pub(super) fn clock_of(map: &Map, role: Role) -> Clock {
+pub(crate) fn clock_of(map: &Map, role: Role) -> Clock {
     let clocks = &map.clock_of;
     let own = match role {
         Role::Commanded => clocks.commanded,

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::io::{Seek, Write};
 
 use mcap::records::{MessageHeader, Metadata};
-use mcap::{WriteOptions, Writer};
+use mcap::{Attachment, WriteOptions, Writer};
 
 use super::map::{AxisMap, Topics};
 use super::session::Session;
@@ -16,6 +16,15 @@ use crate::error::Error;
 
 /// Length of a chunk before compression. A cut or a flipped bit costs at most one: about 0.8 s of a cell. Chosen.
 const CHUNK_LENGTH: u64 = 128 << 10;
+
+/// What a recording carries besides its signals, so that it can be made again.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Luggage {
+    /// Metadata records by name, each with its keys.
+    pub metadata: Vec<(String, BTreeMap<String, String>)>,
+    /// Files by name.
+    pub files: Vec<(String, Vec<u8>)>,
+}
 
 /// A topic to write and the bodies of its messages, made when their turn comes.
 struct Channel<'s> {
@@ -31,16 +40,53 @@ struct Channel<'s> {
 /// # Errors
 /// When the output fails, or a time does not fit a ROS stamp.
 pub fn write_mcap(session: &Session, out: impl Write + Seek) -> Result<(), Error> {
-    let failed =
-        |error: mcap::McapError| Error::new(format!("writing failed: {error}")).help("check the space on the disk");
-    let options =
-        WriteOptions::new().profile("ros2").library("dockhil").chunk_size(Some(CHUNK_LENGTH)).compression_threads(0);
-    let mut writer = options.create(out).map_err(failed)?;
+    write_mcap_with(session, &Luggage::default(), out)
+}
+
+/// The same, with metadata and files beside the session. The files bear the time of the first sample.
+///
+/// # Errors
+/// As [`write_mcap`].
+pub fn write_mcap_with(session: &Session, luggage: &Luggage, out: impl Write + Seek) -> Result<(), Error> {
+    let mut writer = options().create(out).map_err(failed)?;
     let mut metadata = session.believed.clone();
     metadata.insert("kind".to_owned(), session.kind.id().to_owned());
     writer.write_metadata(&Metadata { name: "session".to_owned(), metadata }).map_err(failed)?;
     write_messages(&mut writer, session.start_ns, &channels(session))?;
+    write_luggage(&mut writer, luggage, u64::try_from(session.start_ns).unwrap_or_default())?;
     writer.finish().map_err(failed)?;
+    Ok(())
+}
+
+/// How every recording of ours is written.
+pub(super) fn options() -> WriteOptions {
+    WriteOptions::new().profile("ros2").library("dockhil").chunk_size(Some(CHUNK_LENGTH)).compression_threads(0)
+}
+
+pub(super) fn failed(error: mcap::McapError) -> Error {
+    Error::new(format!("writing failed: {error}")).help("check the space on the disk")
+}
+
+pub(super) fn write_luggage<W: Write + Seek>(
+    writer: &mut Writer<W>,
+    luggage: &Luggage,
+    time_ns: u64,
+) -> Result<(), Error> {
+    for (name, metadata) in &luggage.metadata {
+        let record = Metadata { name: name.clone(), metadata: metadata.clone() };
+        writer.write_metadata(&record).map_err(failed)?;
+    }
+    for (name, bytes) in &luggage.files {
+        let media_type = if name.ends_with(".toml") { "application/toml" } else { "application/octet-stream" };
+        let attachment = Attachment {
+            log_time: time_ns,
+            create_time: time_ns,
+            name: name.clone(),
+            media_type: media_type.to_owned(),
+            data: bytes.into(),
+        };
+        writer.attach(&attachment).map_err(failed)?;
+    }
     Ok(())
 }
 
@@ -49,8 +95,6 @@ fn write_messages<W: Write + Seek>(
     start_ns: i64,
     channels: &[Channel<'_>],
 ) -> Result<(), Error> {
-    let failed =
-        |error: mcap::McapError| Error::new(format!("writing failed: {error}")).help("check the space on the disk");
     let mut ids = Vec::with_capacity(channels.len());
     for channel in channels {
         let schema = writer.add_schema(channel.type_name, "ros2msg", channel.schema.as_bytes()).map_err(failed)?;

@@ -91,6 +91,31 @@ pub(super) fn encode<T: Serialize>(stamp_ns: i64, frame_id: &str, fields: &T) ->
     Ok(bytes)
 }
 
+/// Stamp in ns and numbers of a stamped pose, twist or wrench; `None` for any other type or a body that is none.
+pub(super) fn numbers(type_name: &str, data: &[u8]) -> Option<(i64, Vec<f64>)> {
+    if is_type(type_name, POSE) {
+        let (stamp_ns, (position, orientation)) = decode::<PoseBody>(data).ok()?;
+        return Some((stamp_ns, [&position[..], &orientation].concat()));
+    }
+    let is_pair = is_type(type_name, TWIST) || is_type(type_name, WRENCH);
+    let (stamp_ns, (first, second)) = if is_pair { decode::<PairBody>(data).ok()? } else { return None };
+    Some((stamp_ns, [first, second].concat()))
+}
+
+/// The message with other numbers in their old places and byte order; everything else keeps its bytes.
+pub(super) fn with_numbers(data: &[u8], numbers: &[f64]) -> Option<Vec<u8>> {
+    let is_little = *data.get(1)? == 1;
+    let length = data.get(12..16)?.try_into().ok()?;
+    let length = if is_little { u32::from_le_bytes(length) } else { u32::from_be_bytes(length) };
+    let start = ENCAPSULATION_LENGTH + (12 + usize::try_from(length).ok()?).next_multiple_of(8);
+    let mut message = data.to_vec();
+    for (place, number) in numbers.iter().enumerate() {
+        let bytes = if is_little { number.to_le_bytes() } else { number.to_be_bytes() };
+        message.get_mut(start + 8 * place..start + 8 * place + 8)?.copy_from_slice(&bytes);
+    }
+    Some(message)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -116,6 +141,21 @@ mod tests {
             assert_eq!((stamp_ns, body), (7_000_000_008, ([1.0, 2.0, 3.0], [4.0, 5.0, 6.0])));
         }
         assert_eq!(encode(7_000_000_008, "ft", &([1.0, 2.0, 3.0], [4.0, 5.0, 6.0])).unwrap(), bytes(true));
+    }
+
+    #[test]
+    fn numbers_are_replaced_where_they_stand() {
+        for is_little in [true, false] {
+            let old = bytes(is_little);
+            let (stamp_ns, mut values) = numbers(WRENCH, &old).unwrap();
+            assert_eq!((stamp_ns, values.as_slice()), (7_000_000_008, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0].as_slice()));
+            assert_eq!(with_numbers(&old, &values).unwrap(), old, "the same numbers are the same bytes");
+            values[2] = -0.5;
+            let new = with_numbers(&old, &values).unwrap();
+            assert_eq!(numbers(WRENCH, &new), Some((7_000_000_008, values)));
+            assert_eq!(new.iter().zip(&old).filter(|(a, b)| a != b).count(), 2, "3 and -0.5 differ in two bytes");
+        }
+        assert_eq!(numbers("std_msgs/msg/String", &bytes(true)), None);
     }
 
     #[test]

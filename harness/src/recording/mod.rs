@@ -28,6 +28,7 @@ mod messages;
 mod outline;
 mod quality;
 mod records;
+mod rewrite;
 mod salvage;
 mod schemas;
 mod session;
@@ -39,6 +40,8 @@ pub use ingest::{ReadOptions, from_bytes, read};
 pub use map::{
     AxisMap, AxisName, Body, Clock, Clocks, CsvMap, ForceSign, ForceUnit, Map, Role, SensorMap, Topics, TorqueUnit,
 };
-pub use mcap_write::write_mcap;
+pub(crate) use map_check::clock_of;
+pub use mcap_write::{Luggage, write_mcap, write_mcap_with};
 pub use records::{RECORD_LENGTH_MAX, read_records};
+pub use rewrite::{Copied, Stamped, luggage, rewrite};
 pub use session::{Finding, Grade, Kind, Pose, Series, Session, Severity, Twist, Wrench};

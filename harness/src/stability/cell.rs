@@ -1,11 +1,11 @@
 //! A docking cell as the stability theory sees it: one linear loop, and who makes it late.
 //!
 //! The command of a tick leaves before that tick's reading and is reached when its dead time is over, on a straight line; the
-//! satellites integrate a held force exactly; the newest sample of the force counts.
+//! satellites integrate a held force by the rule of their model; the newest sample of the force counts.
 
 use super::subject::Cell;
-use crate::model::Chosen;
-use sim_core::plant::PointIntegrator;
+use crate::model::{Chosen, LawModel, Model};
+use sim_core::compensator::{Compensation, VirtualPose};
 use sim_core::stability::budget::{self, Contributor, Path, Stiffness};
 use sim_core::stability::sampled::{Arrival, Issue, SampledLoop, SecondOrder, Seen, Sensing};
 
@@ -48,7 +48,7 @@ impl Linear {
                 arrival: Arrival::LineTo,
                 robot: None,
                 sensing: Sensing { samples_per_tick: samples as usize, averaged: 1, age_s: 0.0, low_pass: None },
-                integrator: PointIntegrator::ExactHold,
+                integrator: model.plant.integrator,
             },
             stiffness: Stiffness {
                 hardware_n_per_m: model.contact.stiffness_n_per_m,
@@ -58,14 +58,49 @@ impl Linear {
             tool_mass_kg: 0.0,
             left_out: Vec::new(),
         };
+        linear.choose(model);
         linear.late("dead time of the command", Path::Both, timing.command_delay_s);
-        linear.late("read-back of the pose", Path::Virtual, timing.measurement_delay_s);
-        let hold_s = budget::integrator_delay_s(PointIntegrator::ExactHold, timing.loop_period_s);
+        if linear.sampled.stiffness_on == Seen::Measured {
+            linear.late("read-back of the pose", Path::Virtual, timing.measurement_delay_s);
+        }
+        let hold_s = budget::integrator_delay_s(model.plant.integrator, timing.loop_period_s);
         linear.late("force held for one tick", Path::Both, hold_s);
         for chosen in &cell.effects {
             linear.add(chosen);
         }
         linear
+    }
+
+    /// Takes in the parts that the model chooses, or says why one is left out.
+    fn choose(&mut self, model: &Model) {
+        let software = &model.virtual_contact;
+        if !software.architecture.feels() {
+            self.sampled.hardware_stiffness_n_per_m = 0.0;
+            self.sampled.hardware_damping_n_s_per_m = 0.0;
+            self.stiffness.hardware_n_per_m = 0.0;
+        }
+        if !software.architecture.computes() {
+            self.sampled.virtual_stiffness_n_per_m = 0.0;
+            self.sampled.virtual_damping_n_s_per_m = 0.0;
+            self.stiffness.virtual_n_per_m = 0.0;
+        }
+        match software.pose {
+            VirtualPose::Measured => {}
+            VirtualPose::Commanded => {
+                (self.sampled.stiffness_on, self.sampled.damping_on) = (Seen::Commanded, Seen::Commanded);
+            }
+            VirtualPose::Estimated(_) => {
+                self.left_out.push("virtual_contact.pose: the estimator; the pose counts as the measured one".into());
+            }
+        }
+        if model.contact.law != LawModel::SpringDashpot {
+            let what =
+                "contact.law: its stiffness depends on the depth; the loop has that of the depth at which they agree";
+            self.left_out.push(what.into());
+        }
+        if model.compensation != Compensation::default() {
+            self.left_out.push("compensation: run the loop to see it".into());
+        }
     }
 
     fn late(&mut self, name: &str, path: Path, delay_s: f64) {

@@ -104,6 +104,9 @@ impl ForceSensor<Spatial> for SpaceCell {
     #[inline(always)]
     fn reading(&self, achieved: &Motion, interface: &Wrench) -> Wrench {
         let attitude = self.attitude(achieved);
+        if *interface == Wrench::default() {
+            return self.unloaded(&attitude);
+        }
         let force_n = attitude.matrix().tr_mul(&interface.force_n);
         let torque_n_m = attitude.matrix().tr_mul(&interface.torque_n_m) + self.tip_m.cross(&force_n);
         Wrench { force_n, torque_n_m } + self.unloaded(&attitude)

@@ -1,0 +1,96 @@
+//! Lists of effects: in a model what was added to it, in a scenario the faults.
+
+use super::{EffectModel, RigKind, place};
+use crate::error::Error;
+use sim_core::effect::{Catalog, Where};
+use sim_core::space::Axis;
+
+/// The tables `[[effect]]` of a file.
+pub(crate) struct List<'a> {
+    /// Its effects, in the order of the file.
+    pub effects: &'a [&'a EffectModel],
+    /// The rig that they act on.
+    pub rig: RigKind,
+    /// The file, for errors.
+    pub name: &'a str,
+    /// Its text, for errors.
+    pub text: &'a str,
+    /// Effects that are known.
+    pub catalog: &'a Catalog<Axis>,
+}
+
+/// Refuses effects that are unknown, twice there, or without meaning.
+pub(crate) fn check_effects(list: &List<'_>) -> Result<(), Error> {
+    (0..list.effects.len()).try_for_each(|nth| check_effect(list, nth))
+}
+
+fn check_effect(list: &List<'_>, nth: usize) -> Result<(), Error> {
+    let List { effects, rig, name, text, catalog } = *list;
+    let effect = effects[nth];
+    let at = |what: String, key: Option<&str>, help: String| {
+        Err(Error::new(what).file(name).span(text, place::in_effect(text, nth, key)).help(help))
+    };
+    let Some(kind) = catalog.get(&effect.id) else {
+        return at(unknown_effect(&effect.id, catalog), None, "see all of them with: dockhil effect list".into());
+    };
+    let fits = match rig {
+        RigKind::Docking => kind.rigs != Where::Drive,
+        RigKind::Drive => kind.rigs != Where::Docking,
+    };
+    if !fits {
+        let what = format!("effect {} cannot happen on this rig", effect.id);
+        return at(what, None, "see the rigs of each effect with: dockhil effect list".into());
+    }
+    if effects[..nth].iter().any(|other| other.id == effect.id) {
+        let what = format!("effect {} stands in the file twice", effect.id);
+        return at(what, None, "keep one of the two tables".into());
+    }
+    let known: Vec<&str> = kind.params.iter().map(|param| param.name.as_ref()).collect();
+    if let Some(key) = effect.values.keys().find(|key| !known.contains(&key.as_str())) {
+        let what = format!("effect {} has no parameter {key}", effect.id);
+        return at(what, Some(key), format!("its parameters are: {}", known.join(", ")));
+    }
+    for param in &kind.params {
+        let Some(value) = effect.values.get(param.name.as_ref()).copied().or(param.default) else {
+            let what = format!("effect {} lacks its parameter {}", effect.id, param.name);
+            return at(what, None, format!("add {} = a number in {}", param.name, param.unit));
+        };
+        if !(value >= param.lower && value <= param.upper) {
+            let what = format!(
+                "{}.{} = {value} {} is outside [{}, {}]",
+                effect.id, param.name, param.unit, param.lower, param.upper
+            );
+            return at(what, Some(&param.name), "give a value inside, or remove the effect".into());
+        }
+        if param.discrete && !param.starts.contains(&value) {
+            let what = format!("{}.{} = {value} is none of {:?}", effect.id, param.name, param.starts);
+            return at(what, Some(&param.name), "choose one of them, or remove the effect".into());
+        }
+    }
+    Ok(())
+}
+
+/// 'Unknown effect x; did you mean y?'
+pub fn unknown_effect(id: &str, catalog: &Catalog<Axis>) -> String {
+    let near = catalog.kinds().iter().map(|kind| (distance(id, &kind.id), &kind.id)).min();
+    match near {
+        Some((edits, other)) if edits <= id.len() / 2 => format!("unknown effect {id}; did you mean {other}?"),
+        _ => format!("unknown effect {id}"),
+    }
+}
+
+/// Levenshtein distance: how many letters differ.
+fn distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, letter) in a.chars().enumerate() {
+        let mut corner = row[0];
+        row[0] = i + 1;
+        for (j, other) in b.iter().enumerate() {
+            let changed = corner + usize::from(letter != *other);
+            corner = row[j + 1];
+            row[j + 1] = changed.min(row[j] + 1).min(corner + 1);
+        }
+    }
+    row[b.len()]
+}
