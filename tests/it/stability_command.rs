@@ -64,6 +64,18 @@ fn a_tool_as_heavy_as_the_satellites_is_unstable_whatever_the_damping() {
 }
 
 #[test]
+fn a_negative_stiffness_is_answered_and_not_refused() {
+    let shell = Shell::new();
+    let args = ["--mass-kg", "60", "--stiffness-n-per-m", "-159", "--damping-n-s-per-m", "50", "--delay-s", "0.016"];
+    let (exit, value) = json(&shell, &args);
+    assert_eq!((exit, value["stable"].as_bool()), (1, Some(false)), "{value:#}");
+    // Slow motion: m s² + b s + k = 0 has the positive root (-b + √(b² - 4 m k)) / 2m; a delay of 16 ms hardly moves it.
+    let root = (-50.0 + libm::sqrt(2500.0 + 4.0 * 60.0 * 159.0)) / 120.0;
+    assert!((value["growth_per_s"].as_f64().unwrap() / root - 1.0).abs() < 0.05, "{value:#} {root}");
+    assert!(shell.run(&[&["stability"][..], &args].concat()).out.contains("The stiffness is negative"));
+}
+
+#[test]
 fn a_chart_is_drawn_and_swept() {
     let shell = Shell::with_model();
     let chart = "timing.command_delay_s=0.004..0.04,virtual_contact.damping_n_s_per_m";

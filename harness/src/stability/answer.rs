@@ -5,7 +5,7 @@ use super::subject::{Cell, OneDelay, Subject};
 use super::{growth_per_s, is_stable};
 use crate::error::Error;
 use serde::Serialize;
-use sim_core::refusal::Refusal;
+use sim_core::refusal::{Refusal, finite, not_negative, positive};
 use sim_core::stability::budget::{Path, budget};
 use sim_core::stability::{exact, impact, pade};
 
@@ -35,10 +35,10 @@ pub struct Answer {
     pub critical_frequency_rad_per_s: Option<f64>,
     /// The same by the Padé approximation of first order: always too long, never a criterion.
     pub pade_critical_delay_s: Option<f64>,
-    /// The longest dead time that any damping stabilises, and that damping.
-    pub longest_delay_s: f64,
+    /// The longest dead time that any damping stabilises, and that damping; `None` where the contact pushes apart.
+    pub longest_delay_s: Option<f64>,
     /// See [`Answer::longest_delay_s`].
-    pub longest_delay_damping_n_s_per_m: f64,
+    pub longest_delay_damping_n_s_per_m: Option<f64>,
     /// The damping that stabilises at this delay, by the closed form.
     pub damping_interval: Option<Edges>,
     /// Rate at which the slowest motion grows, 1/s.
@@ -121,6 +121,9 @@ pub fn assess(subject: &Subject) -> Result<Answer, Error> {
 
 /// What the closed form says at this delay.
 fn closed_form(mass_kg: f64, stiffness: f64, damping: f64, delay_s: Option<f64>) -> Result<Answer, Refusal> {
+    if stiffness < 0.0 {
+        return pushed_apart(mass_kg, stiffness, damping, delay_s);
+    }
     let found = exact::assess(mass_kg, stiffness, damping, delay_s.unwrap_or(0.0))?;
     let margin = |margin: exact::Margin| {
         let per_cent = margin.per_cent.is_finite().then_some(margin.per_cent);
@@ -137,8 +140,8 @@ fn closed_form(mass_kg: f64, stiffness: f64, damping: f64, delay_s: Option<f64>)
         critical_delay_s: found.critical.map(|critical| critical.delay_s),
         critical_frequency_rad_per_s: found.critical.map(|critical| critical.frequency_rad_per_s),
         pade_critical_delay_s: pade::critical_delay_pade(mass_kg, stiffness, damping).map(|edge| edge.delay_s),
-        longest_delay_s: found.longest.delay_s,
-        longest_delay_damping_n_s_per_m: found.longest.damping_n_s_per_m,
+        longest_delay_s: Some(found.longest.delay_s),
+        longest_delay_damping_n_s_per_m: Some(found.longest.damping_n_s_per_m),
         damping_interval: given.and_then(|found| found.interval).map(|edges| Edges {
             low_n_s_per_m: edges.low_n_s_per_m,
             high_n_s_per_m: edges.high_n_s_per_m.is_finite().then_some(edges.high_n_s_per_m),
@@ -154,10 +157,43 @@ fn closed_form(mass_kg: f64, stiffness: f64, damping: f64, delay_s: Option<f64>)
     })
 }
 
+/// A negative stiffness, such as that of a device preloaded too far: unstable at any delay and any damping.
+fn pushed_apart(mass_kg: f64, stiffness: f64, damping: f64, delay_s: Option<f64>) -> Result<Answer, Refusal> {
+    positive("mass_kg", mass_kg, "kg")?;
+    finite("stiffness_n_per_m", stiffness, "N/m")?;
+    finite("damping_n_s_per_m", damping, "N s/m")?;
+    not_negative("delay_s", delay_s.unwrap_or(0.0), "s")?;
+    Ok(Answer {
+        schema: 1,
+        stable: Some(false),
+        mass_kg,
+        stiffness_n_per_m: stiffness,
+        damping_n_s_per_m: damping,
+        delay_s,
+        critical_delay_s: None,
+        critical_frequency_rad_per_s: None,
+        pade_critical_delay_s: None,
+        longest_delay_s: None,
+        longest_delay_damping_n_s_per_m: None,
+        damping_interval: None,
+        growth_per_s: None,
+        delay_margin: None,
+        damping_margin_low: None,
+        damping_margin_high: None,
+        sampled: None,
+        one_sided: None,
+        budget: Vec::new(),
+        left_out: Vec::new(),
+    })
+}
+
 fn one_delay(subject: &Subject, one: &OneDelay) -> Result<Answer, Refusal> {
     let (mass, stiffness, damping) = (one.mass_kg, one.stiffness_n_per_m, one.damping_n_s_per_m);
     let answer = closed_form(mass, stiffness, damping, one.delay_s)?;
     let Some(delay_s) = one.delay_s else { return Ok(answer) };
+    if stiffness < 0.0 {
+        return Ok(Answer { growth_per_s: Some(growth_per_s(subject)), ..answer });
+    }
     Ok(Answer {
         growth_per_s: Some(growth_per_s(subject)),
         one_sided: Some(one_sided(mass, stiffness, damping, delay_s)?),
@@ -171,6 +207,10 @@ fn of_cell(subject: &Subject, cell: &Cell) -> Result<Answer, Refusal> {
     let mass = linear.sampled.mass_kg;
     let stiffness = linear.stiffness.hardware_n_per_m + linear.stiffness.virtual_n_per_m;
     let damping = linear.sampled.hardware_damping_n_s_per_m + linear.sampled.virtual_damping_n_s_per_m;
+    if stiffness < 0.0 {
+        let answer = pushed_apart(mass, stiffness, damping, None)?;
+        return Ok(Answer { growth_per_s: Some(growth_per_s(subject)), left_out: linear.left_out, ..answer });
+    }
     let budget = budget(mass, linear.stiffness, &linear.contributors)?;
     let answer = closed_form(mass, stiffness, damping, Some(budget.delay_s))?;
     let stable = is_stable(subject);

@@ -78,7 +78,13 @@ fn sentences(answer: &Answer) -> Vec<String> {
         let verb = if growth < 0.0 { "halves" } else { "doubles" };
         said.push(format!("The slowest motion {verb} in {}.", value(doubling, "s")));
     }
-    if answer.growth_per_s.is_none() && answer.stable == Some(false) {
+    if answer.stiffness_n_per_m < 0.0 {
+        said.push(
+            "The stiffness is negative: the contact pushes apart what it should hold, at any delay and any damping. A device \
+             preloaded too far does this; let its springs out, or add a stiffness in software that outweighs it."
+                .to_owned(),
+        );
+    } else if answer.growth_per_s.is_none() && answer.stable == Some(false) {
         said.push(
             "The sensor feels at least as much undeclared mass as the satellites have: unstable in free flight, whatever the \
              damping. Declare the tool's mass, or simulate a heavier satellite."
@@ -138,9 +144,11 @@ fn advice(answer: &Answer, stable: bool) -> Option<String> {
     {
         ways.push(format!("{} less delay", value(-margin.distance, "s")));
     }
-    if let Some(delay_s) = answer.delay_s.filter(|delay_s| *delay_s > answer.longest_delay_s) {
+    if let (Some(delay_s), Some(longest_s)) = (answer.delay_s, answer.longest_delay_s)
+        && delay_s > longest_s
+    {
         // The longest delay goes with the root of 1/k.
-        let ratio = answer.longest_delay_s / delay_s;
+        let ratio = longest_s / delay_s;
         let softer = value(answer.stiffness_n_per_m * ratio * ratio, "N/m");
         ways.push(format!("a contact softer than {softer}, which some damping can then stabilise"));
     }
@@ -192,7 +200,7 @@ fn numbers_table(answer: &Answer) -> Option<Table> {
         add("virtual damping that stabilises, sampled loop", sampled.virtual_damping.as_ref().map(edges));
         add("largest eigenvalue of one tick", Some(format!("{:.6}", sampled.growth_per_tick)));
     }
-    add("longest dead time that any damping stabilises", Some(value(answer.longest_delay_s, "s")));
+    add("longest dead time that any damping stabilises", answer.longest_delay_s.map(|delay| value(delay, "s")));
     table(Section::Quantities, "Numbers", "", vec![text("what"), numbers("value")], rows)
 }
 
