@@ -2,6 +2,7 @@
 
 use super::shell::Shell;
 use serde_json::Value;
+use sim_core::stability::exact::critical_delay;
 
 fn json(shell: &Shell, args: &[&str]) -> (u8, Value) {
     let args: Vec<&str> = ["stability"].iter().chain(args).chain(&["--json", "-"]).copied().collect();
@@ -73,6 +74,32 @@ fn a_negative_stiffness_is_answered_and_not_refused() {
     let root = (-50.0 + libm::sqrt(2500.0 + 4.0 * 60.0 * 159.0)) / 120.0;
     assert!((value["growth_per_s"].as_f64().unwrap() / root - 1.0).abs() < 0.05, "{value:#} {root}");
     assert!(shell.run(&[&["stability"][..], &args].concat()).out.contains("The stiffness is negative"));
+}
+
+#[test]
+fn a_cell_with_six_axes_is_told_by_its_roots() {
+    let model = |name: &str| fixtures::folder().join("scenarios/models").join(name).display().to_string();
+    let shell = Shell::new();
+    let (exit, planar) = json(&shell, &[&model("planar-bodies.toml")]);
+    assert_eq!((exit, planar["stable"].as_bool()), (0, Some(true)), "{planar:#}");
+    // reference/PHYSICS.md, section 3.1: 15.6 kg with its lever arms, three digits. By the closed form of one delay the margin is
+    // what the critical dead time leaves of 16 ms and half a tick of 4 ms.
+    let mass = planar["reduced_mass_kg"].as_f64().unwrap();
+    assert!((mass - 15.6).abs() < 0.05, "{mass}");
+    let text = std::fs::read_to_string(model("planar-bodies.toml")).unwrap();
+    let table: toml::Table = text.parse().unwrap();
+    let contact = |key: &str| table["contact"][key].as_float().unwrap();
+    let edge = critical_delay(mass, contact("stiffness_n_per_m"), contact("damping_n_s_per_m")).unwrap();
+    let margin = planar["delay_margin_s"].as_f64().unwrap();
+    // The search halves down to 10 µs.
+    assert!((margin - (edge.delay_s - 0.018)).abs() < 2e-5, "{margin} {edge:?}");
+    // Against the wall of a cone the lever arms make the contact light: less margin than along the axis.
+    let (_, wall) = json(&shell, &[&model("olev.toml")]);
+    assert!(wall["reduced_mass_kg"].as_f64().unwrap() < 20.0 && wall["free_directions"] == 5, "{wall:#}");
+    let (_, damped) = json(&shell, &[&model("olev-damped.toml")]);
+    assert_eq!(damped["free_directions"], 3, "two axes more are damped: {damped:#}");
+    let chart = shell.run(&["stability", &model("olev.toml"), "--chart", "a,b", "--report", "DIR/r.html"]);
+    assert!(chart.exit == 2 && chart.err.contains("six axes has no chart"), "{}", chart.err);
 }
 
 #[test]

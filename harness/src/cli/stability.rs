@@ -4,8 +4,9 @@ use super::console::Console;
 use super::inputs::{self, Outputs};
 use super::outcome::Exit;
 use crate::error::Error;
+use crate::model::SpaceModel;
 use crate::report::{TEXT_WIDTH, html, story, text};
-use crate::stability::{Domain, OneDelay, Subject, assess, sides};
+use crate::stability::{Domain, OneDelay, Subject, assess, assess_space, sides};
 use clap::Args;
 use sim_core::effect::Catalog;
 use sim_core::space::Axis;
@@ -14,7 +15,7 @@ use std::path::PathBuf;
 /// Arguments of `dockhil stability`.
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// The model of a docking cell; or give mass, stiffness and damping.
+    /// The model of a docking cell, along one axis or with six; or give mass, stiffness and damping.
     #[arg(value_name = "MODEL.toml", required_unless_present = "mass_kg", conflicts_with = "mass_kg")]
     model: Option<PathBuf>,
     /// Reduced mass of the satellites.
@@ -52,6 +53,9 @@ impl Arguments {
                 .place("--chart")
                 .help("add --report FILE.html, or --sweep FILE.csv"));
         }
+        if let Some(model) = self.space_model(catalog)? {
+            return self.run_space(&model, console);
+        }
         let subject = self.subject(catalog)?;
         let answer = assess(&subject)?;
         let sides = self.chart.as_ref().map(|chart| sides(chart, &subject)).transpose()?;
@@ -76,6 +80,38 @@ impl Arguments {
             console.print(&text(&page, TEXT_WIDTH));
         }
         Ok(if answer.stable == Some(false) { Exit::Failed } else { Exit::Pass })
+    }
+
+    /// The model, if it is one with six axes.
+    fn space_model(&self, catalog: &Catalog<Axis>) -> Result<Option<SpaceModel>, Error> {
+        let Some(path) = &self.model else { return Ok(None) };
+        let text = std::fs::read_to_string(path).unwrap_or_default();
+        let is_meant = SpaceModel::is_meant(&text);
+        is_meant.then(|| SpaceModel::parse(&path.display().to_string(), &text, catalog)).transpose()
+    }
+
+    fn run_space(&self, model: &SpaceModel, console: &mut Console<'_>) -> Result<Exit, Error> {
+        if self.chart.is_some() {
+            return Err(Error::new("a model with six axes has no chart")
+                .place("--chart")
+                .help("draw the domain of the axis of approach from a model with rig = \"docking\""));
+        }
+        let progress = console.progress();
+        progress.say("finding the characteristic roots");
+        let answer = assess_space(model)?;
+        drop(progress);
+        let (title, provenance) = self.about()?;
+        let page = story::stability_space_page(&title, &answer, &console.command, &provenance);
+        if let Some(path) = &self.outputs.json {
+            console.save(path, &format!("{:#}\n", serde_json::json!(answer)))?;
+        }
+        if let Some(path) = &self.outputs.report {
+            console.save(path, &html(&page))?;
+        }
+        if !self.outputs.json_only() {
+            console.print(&text(&page, TEXT_WIDTH));
+        }
+        Ok(if answer.stable { Exit::Pass } else { Exit::Failed })
     }
 
     fn subject(&self, catalog: &Catalog<Axis>) -> Result<Subject, Error> {

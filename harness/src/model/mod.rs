@@ -35,7 +35,7 @@ pub use parts::{Device, LawModel, ReleaseModel};
 pub use robot::{ROBOT_AXES, RobotAxis, RobotForm, RobotModel};
 pub(crate) use schema::effect_schemas;
 pub use schema::{schema, space_schema};
-pub use space::{BodyModel, GeometryModel, SpaceModel};
+pub use space::{BodyModel, GeometryModel, SpaceModel, SpacePoseModel};
 pub(crate) use space::{turn, vector};
 
 /// A whole model.

@@ -195,7 +195,7 @@ mod tests {
         let lag = "natural_frequency_hz = 10.0\ndamping_ratio = 0.5\ndead_time_s = 0.024\n";
         let lag = model(&format!("[robot.z]\nform = \"lag-and-dead-time\"\n{lag}")).with_identified_robot().unwrap();
         assert!((lag.timing.command_delay_s - 0.008).abs() < 1e-15);
-        assert_eq!(lag.effects[0].values["natural_frequency_hz"], 10.0);
+        assert_eq!(lag.effects[0].values["natural_frequency_hz"].to_bits(), 10.0_f64.to_bits());
     }
 
     #[test]

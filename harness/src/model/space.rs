@@ -317,7 +317,8 @@ impl SpaceModel {
 }
 
 impl BodyModel {
-    fn inertia(&self) -> Matrix3<f64> {
+    /// The tensor about the centre of mass, in body axes.
+    pub(crate) fn inertia(&self) -> Matrix3<f64> {
         let ([xx, yy, zz], [xy, xz, yz]) = (self.inertia_kg_m2, self.inertia_products_kg_m2);
         Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
     }

@@ -5,15 +5,18 @@
 //! | `subject` | what is asked about: four numbers, or the cell of a model |
 //! | `cell` | the linear loop of a cell, and its delay budget |
 //! | `answer` | the answer as data |
+//! | `space` | a cell with six axes |
 //! | `domain` | the stable domain over two parameters |
 
 mod answer;
 mod cell;
 mod domain;
+mod space;
 mod subject;
 
 pub use answer::{Answer, Budgeted, Edges, Margin, OneSided, Sampled, assess};
 pub use domain::{Domain, Side, sides};
+pub use space::{RootAnswer, SpaceAnswer, assess_space};
 pub use subject::{Cell, OneDelay, Subject};
 
 use cell::Linear;

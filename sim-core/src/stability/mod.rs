@@ -15,5 +15,6 @@ pub mod pade;
 pub mod planar;
 pub mod sampled;
 mod sampled_tick;
+pub mod space;
 pub mod spectral;
 pub mod windows;

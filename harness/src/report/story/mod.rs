@@ -13,7 +13,7 @@
 //! | `ladder` | the error ladder, also as a page of its own |
 //! | `comparison` | the page of a comparison: limits, blocks, quantities |
 //! | `compared` | curves of a comparison |
-//! | `stability` | the page of `dockhil stability` |
+//! | `stability`, `stability_space` | the pages of `dockhil stability` |
 //! | `measurements` | the page of two measurements |
 //! | `words` | numbers, units and names as text |
 
@@ -27,6 +27,7 @@ mod missing;
 mod quantities;
 mod signals;
 mod stability;
+mod stability_space;
 mod table;
 pub mod words;
 
@@ -35,3 +36,4 @@ pub use diagnosis::diagnosis;
 pub use ladder::ladder_page;
 pub use measurements::measurements;
 pub use stability::stability_page;
+pub use stability_space::stability_space_page;
