@@ -9,11 +9,11 @@ use super::log::contact_force_n;
 use super::quantity::autocovariance;
 use super::result::{Block, Fitted, HeatCell, HeatRow, Verdict};
 use crate::case::{Case, Channel};
-use crate::diagnose::fit::{Fit, own_nuisance};
+use crate::diagnose::fit::{held, own_nuisance};
+use crate::diagnose::nuisance::bounded;
 use crate::diagnose::problem::{Nuisance, Problem, Scratch, Trial};
 use crate::diagnose::quality::{self, Contact, Phase};
 use crate::model::RigKind;
-use nalgebra::DMatrix;
 use sim_core::force_sensor::SensorNoise;
 use sim_core::trace::Trace;
 
@@ -21,8 +21,6 @@ use sim_core::trace::Trace;
 const MARGIN_S: f64 = 0.020;
 /// Least limit of Q, above which noise alone is not believed.
 const Q_LIMIT_MIN: f64 = 1.35;
-/// How many times its declared standard deviation a number of one recording may be fitted away.
-pub const FITTED_SIGMAS_MAX: f64 = 3.0;
 /// Significance for a whole recording and for one phase of it; a phase is one of many that are looked at.
 const SIGMAS_SESSION: f64 = 3.0;
 const SIGMAS_PHASE: f64 = 4.0;
@@ -72,7 +70,7 @@ pub struct Clamped {
 pub fn evaluate(problem: &Problem, index: usize, trial: &Trial) -> Clamped {
     let mut scratch = Scratch::default();
     let nuisance = match problem.model.rig {
-        RigKind::Docking => bounded_nuisance(problem, index, trial, &mut scratch),
+        RigKind::Docking => bounded(problem, index, trial, &mut scratch),
         RigKind::Drive => own_nuisance(problem, &held(problem, trial), index, &mut scratch),
     };
     let first = problem.first_nuisance(&problem.runs[index]);
@@ -83,70 +81,6 @@ pub fn evaluate(problem: &Problem, index: usize, trial: &Trial) -> Clamped {
     let run = &problem.runs[index];
     let contact = if run.case.is_impact() { Contact::of(run) } else { None };
     Clamped { nuisance, force_n, measured_m, residuals, blocks, contact, plain_force_n, plain_m }
-}
-
-/// A drive's fit with every knob where the model has it: only the first motion may move.
-fn held(problem: &Problem, trial: &Trial) -> Fit {
-    Fit {
-        trial: trial.clone(),
-        knobs: Vec::new(),
-        nuisances: problem.runs.iter().map(|run| problem.first_nuisance(run)).collect(),
-        scatter: problem.declared,
-        declared: problem.declared,
-        cost: 0.0,
-        information: DMatrix::zeros(0, 0),
-    }
-}
-
-/// Gauss-Newton in a box: the squares of the residuals and of the nuisances, none further than its limit.
-fn bounded_nuisance(problem: &Problem, index: usize, trial: &Trial, scratch: &mut Scratch) -> Nuisance {
-    let count = problem.runs[index].nuisances;
-    let mut nuisance = problem.first_nuisance(&problem.runs[index]);
-    for _ in 0..4 {
-        let here = problem.residuals(index, trial, &nuisance, scratch);
-        let columns = columns(problem, index, trial, &nuisance, &here, scratch);
-        let prior = |j: usize| 1.0 / (problem.declared[j] * problem.declared[j]);
-        let gradient: Vec<f64> = columns.iter().map(|column| dot(column, &here)).collect();
-        let matrix = DMatrix::from_fn(count, count, |i, j| dot(&columns[i], &columns[j]));
-        let from = nuisance;
-        // The box is a product of intervals, so that going round the coordinates ends at the least value inside it.
-        for _ in 0..200 {
-            for j in 0..count {
-                let moved = |i: usize| nuisance[i] - from[i];
-                let moves: f64 = (0..count).map(|i| matrix[(j, i)] * moved(i)).sum();
-                let slope = gradient[j] + moves + prior(j) * nuisance[j];
-                let curvature = matrix[(j, j)] + prior(j);
-                let limit = FITTED_SIGMAS_MAX * problem.declared[j];
-                nuisance[j] = (nuisance[j] - slope / curvature).clamp(-limit, limit);
-            }
-        }
-    }
-    nuisance
-}
-
-/// Difference quotients of the residuals by each nuisance of a docking run, residuals `here` at `nuisance`.
-pub fn columns(
-    problem: &Problem,
-    index: usize,
-    trial: &Trial,
-    nuisance: &Nuisance,
-    here: &[f64],
-    scratch: &mut Scratch,
-) -> Vec<Vec<f64>> {
-    // A thousandth of 1 N or of the value itself: small against what matters, large against rounding.
-    const NUDGE: f64 = 1e-3;
-    let mut column = |j: usize| {
-        let mut moved = *nuisance;
-        moved[j] += NUDGE;
-        let there = problem.residuals(index, trial, &moved, scratch);
-        there.iter().zip(here).map(|(there, here)| (there - here) / NUDGE).collect()
-    };
-    (0..problem.runs[index].nuisances).map(&mut column).collect()
-}
-
-/// Sum of products.
-pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 fn predicted(

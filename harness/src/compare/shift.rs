@@ -3,8 +3,9 @@
 //! The model's signal is read at `t - s` for every s; what a recording may fit of its own is fitted again for each s (linear,
 //! around the values without a shift), so that a shift is not mistaken for damping that the declared repeatability allows.
 
-use super::clamped::{Clamped, columns, dot};
+use super::clamped::Clamped;
 use super::result::Shift;
+use crate::diagnose::nuisance::{columns, dot};
 use crate::diagnose::problem::{Problem, Scratch, Trial};
 use crate::model::RigKind;
 use nalgebra::{DMatrix, DVector};

@@ -1,9 +1,9 @@
 //! What a comparison found, in sentences with value and unit.
 
-use super::clamped::FITTED_SIGMAS_MAX;
 use super::result::{Block, Fitted, FreeRunSummary, Quantity, Shift, Verdict};
 use crate::case::Case;
 use crate::diagnose::noise::{Noise, trend};
+use crate::diagnose::nuisance::FITTED_SIGMAS_MAX;
 use crate::diagnose::software::Software;
 use crate::recording::Grade;
 

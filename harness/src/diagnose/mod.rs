@@ -14,6 +14,7 @@ pub mod examine;
 pub mod fit;
 mod jitter;
 pub mod noise;
+pub mod nuisance;
 pub mod problem;
 pub mod quality;
 pub mod random;

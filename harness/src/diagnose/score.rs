@@ -2,8 +2,8 @@
 //! repeatability, are fitted for each of them.
 
 use super::answer::{Curves, Ladder, LadderChannel, LadderStep};
-use super::fit::{held, own_nuisance};
 use super::noise::Noise;
+use super::nuisance::bounded;
 use super::problem::{Nuisance, Problem, Scratch, Trial};
 use super::quality::Contact;
 use super::random::decode;
@@ -52,9 +52,8 @@ pub fn path_delay_s(model: &Model, effects: &[Chosen]) -> f64 {
 
 /// Nuisances of every run under a trial.
 pub fn nuisances(problem: &Problem, trial: &Trial) -> Vec<Nuisance> {
-    let fit = held(problem, trial);
     let mut scratch = Scratch::default();
-    (0..problem.runs.len()).map(|run| own_nuisance(problem, &fit, run, &mut scratch)).collect()
+    (0..problem.runs.len()).map(|run| bounded(problem, run, trial, &mut scratch)).collect()
 }
 
 /// Errors of every run under a trial.
