@@ -120,6 +120,42 @@ fn a_chart_is_drawn_and_swept() {
 }
 
 #[test]
+fn what_cannot_be_told_is_not_called_unstable() {
+    let shell = Shell::with_model();
+    // A command delay below one period of the loop is no loop that can run.
+    let chart = "timing.command_delay_s=0.0..0.04,virtual_contact.damping_n_s_per_m";
+    let ran = shell.run(&["stability", "DIR/m.toml", "--chart", chart, "--sweep", "-", "--report", "DIR/r.html"]);
+    assert_eq!(ran.exit, 0, "{}", ran.err);
+    assert!(ran.out.lines().nth(1).unwrap().ends_with(",,"), "{}", ran.out);
+    assert!(shell.read("r.html").contains("cannot be told"));
+}
+
+#[test]
+fn the_edges_are_answered() {
+    let shell = Shell::new();
+    let ask = |damping: &str, delay: Option<&str>| {
+        let mut args =
+            vec!["stability", "--mass-kg", "60", "--stiffness-n-per-m", "1000", "--damping-n-s-per-m", damping];
+        args.extend(delay.into_iter().flat_map(|delay| ["--delay-s", delay]));
+        let ran = shell.run(&args);
+        (ran.exit, ran.out + &ran.err)
+    };
+    for (damping, delay, exit, says) in [
+        ("-5", None, 1, "unstable at any dead time"),
+        ("0", None, 1, "unstable at any dead time"),
+        ("0", Some("0"), 1, "neither grows nor decays"),
+        ("-5", Some("0.016"), 1, "unstable"),
+        ("6000", Some("0.016"), 1, "too much"),
+    ] {
+        let (found, out) = ask(damping, delay);
+        assert!(
+            found == exit && out.contains(says) && !out.contains("not finite"),
+            "{damping} {delay:?}: {found} {out}"
+        );
+    }
+}
+
+#[test]
 fn questions_without_meaning_are_refused() {
     let shell = Shell::with_model();
     for (args, says) in [
@@ -133,6 +169,10 @@ fn questions_without_meaning_are_refused() {
         ),
         (&["stability", "--mass-kg", "1"], "--stiffness-n-per-m"),
         (&["stability"], "MODEL.toml"),
+        (
+            &["stability", "--mass-kg", "1e-300", "--stiffness-n-per-m", "1e300", "--damping-n-s-per-m", "1"],
+            "of one order",
+        ),
         (&["stability", "DIR/none.toml"], "cannot read the model"),
         (&["stability", "DIR/m.toml", "--chart", "a,b", "--report", "DIR/r.html"], "unknown parameter a"),
         (&["stability", "DIR/m.toml", "--chart", "plant.mass_kg,timing.command_delay_s"], "needs a page"),

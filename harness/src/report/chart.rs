@@ -22,7 +22,8 @@ pub(super) fn drawing(chart: &Chart) -> String {
     let mut svg = format!(
         r#"<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{title}: stable domain, {up} over {over}">"#
     );
-    svg.push_str(&stable(chart, &x, &y));
+    svg.push_str(&shaded("stable", &chart.strips, &x, &y));
+    svg.push_str(&shaded("untold", &chart.untold, &x, &y));
     svg.push_str(&frame(&x, &y));
     let (left, centre) = (14.0, xy(0.5 * (y.from + y.to)));
     svg.push_str(&format!(
@@ -46,10 +47,10 @@ pub(super) fn drawing(chart: &Chart) -> String {
 }
 
 /// All strips as one shaded path; neighbours overlap by a hair, so that no gaps show.
-fn stable(chart: &Chart, x: &Axis, y: &Axis) -> String {
-    let width = (x.to - x.from) / chart.strips.len().max(1) as f64;
+fn shaded(class: &str, strips: &[Vec<(f64, f64)>], x: &Axis, y: &Axis) -> String {
+    let width = (x.to - x.from) / strips.len().max(1) as f64;
     let mut d = String::new();
-    for (index, strip) in chart.strips.iter().enumerate() {
+    for (index, strip) in strips.iter().enumerate() {
         let left = x.from + width * index as f64;
         for (low, high) in strip {
             let (bottom, top) = (y.at(*low), y.at(*high));
@@ -57,7 +58,7 @@ fn stable(chart: &Chart, x: &Axis, y: &Axis) -> String {
             d.push_str(&format!("M{} {}V{}H{right}V{}Z", xy(left), xy(bottom), xy(top), xy(bottom)));
         }
     }
-    format!(r#"<path class="stable" d="{d}"/>"#)
+    format!(r#"<path class="{class}" d="{d}"/>"#)
 }
 
 /// A dot with cross hairs; a point outside the domain has none.

@@ -203,6 +203,8 @@ pub struct Chart {
     pub y_range: (f64, f64),
     /// Strips of equal width from left to right: the stable intervals of the ordinate in each.
     pub strips: Vec<Vec<(f64, f64)>>,
+    /// The intervals of the ordinate in each strip where it cannot be told.
+    pub untold: Vec<Vec<(f64, f64)>>,
     /// The operating point.
     pub point: (f64, f64),
     /// Curves over the domain, such as the closed form.

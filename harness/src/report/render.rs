@@ -217,6 +217,7 @@ fn chart_of(chart: &Chart) -> Value {
     });
     context! {
         title => &chart.title,
+        untold => chart.untold.iter().any(|strip| !strip.is_empty()),
         drawing => Value::from_safe_string(chart::drawing(chart)),
         legend => legend.collect::<Vec<Value>>(),
     }

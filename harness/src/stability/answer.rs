@@ -112,7 +112,15 @@ pub struct Budgeted {
 
 /// Answers. Input without meaning is refused; what is unstable is answered.
 pub fn assess(subject: &Subject) -> Result<Answer, Error> {
-    let refused = |refusal: Refusal| Error::new(refusal.to_string()).help("give every value in the unit of its name");
+    let refused = |refusal: Refusal| {
+        let help = if refusal.limit.contains("ticks") {
+            "the prediction of the sampled loop holds up to 100 ticks of dead time: take a longer loop_period_s, or ask for one \
+             dead time: dockhil stability --mass-kg … --delay-s …"
+        } else {
+            "give every value in the unit of its name"
+        };
+        Error::new(refusal.to_string()).help(help)
+    };
     match subject {
         Subject::OneDelay(one) => one_delay(subject, one).map_err(refused),
         Subject::Cell(cell) => of_cell(subject, cell).map_err(refused),
@@ -132,7 +140,8 @@ fn closed_form(mass_kg: f64, stiffness: f64, damping: f64, delay_s: Option<f64>)
     let given = delay_s.map(|_| found);
     Ok(Answer {
         schema: 1,
-        stable: given.map(|found| found.stable),
+        // Without damping any dead time is too long.
+        stable: given.map(|found| found.stable).or(found.critical.is_none().then_some(false)),
         mass_kg,
         stiffness_n_per_m: stiffness,
         damping_n_s_per_m: damping,
@@ -190,12 +199,18 @@ fn pushed_apart(mass_kg: f64, stiffness: f64, damping: f64, delay_s: Option<f64>
 fn one_delay(subject: &Subject, one: &OneDelay) -> Result<Answer, Refusal> {
     let (mass, stiffness, damping) = (one.mass_kg, one.stiffness_n_per_m, one.damping_n_s_per_m);
     let answer = closed_form(mass, stiffness, damping, one.delay_s)?;
+    let size = answer.critical_frequency_rad_per_s.unwrap_or(1.0);
+    if !size.is_normal() {
+        let limit =
+            "rad/s of critical frequency cannot be computed with: give mass, stiffness and damping of one order";
+        return Err(Refusal { name: "mass_kg", value: mass, unit: "kg", limit });
+    }
     let Some(delay_s) = one.delay_s else { return Ok(answer) };
     if stiffness < 0.0 {
-        return Ok(Answer { growth_per_s: Some(growth_per_s(subject)), ..answer });
+        return Ok(Answer { growth_per_s: growth_per_s(subject), ..answer });
     }
     Ok(Answer {
-        growth_per_s: Some(growth_per_s(subject)),
+        growth_per_s: growth_per_s(subject),
         one_sided: Some(one_sided(mass, stiffness, damping, delay_s)?),
         ..answer
     })
@@ -209,11 +224,11 @@ fn of_cell(subject: &Subject, cell: &Cell) -> Result<Answer, Refusal> {
     let damping = linear.sampled.hardware_damping_n_s_per_m + linear.sampled.virtual_damping_n_s_per_m;
     if stiffness < 0.0 {
         let answer = pushed_apart(mass, stiffness, damping, None)?;
-        return Ok(Answer { growth_per_s: Some(growth_per_s(subject)), left_out: linear.left_out, ..answer });
+        return Ok(Answer { growth_per_s: growth_per_s(subject), left_out: linear.left_out, ..answer });
     }
     let budget = budget(mass, linear.stiffness, &linear.contributors)?;
     let answer = closed_form(mass, stiffness, damping, Some(budget.delay_s))?;
-    let stable = is_stable(subject);
+    let stable = is_stable(subject).unwrap_or(false);
     let interval = linear.sampled.damping_interval()?;
     let here = linear.sampled.virtual_damping_n_s_per_m;
     let to_edge =
@@ -230,7 +245,7 @@ fn of_cell(subject: &Subject, cell: &Cell) -> Result<Answer, Refusal> {
         contribution_s: line.contribution_s,
         damping_n_s_per_m: line.damping_n_s_per_m,
     });
-    let growth = growth_per_s(subject);
+    let growth = growth_per_s(subject).unwrap_or(f64::INFINITY);
     Ok(Answer {
         stable: Some(stable),
         growth_per_s: growth.is_finite().then_some(growth),
@@ -254,6 +269,7 @@ fn delay_margin(subject: &Subject, stable: bool) -> Option<Margin> {
     let name = "timing.command_delay_s";
     let here = subject.get(name)?;
     let with = |delay_s: f64| is_stable(&subject.with(name, here + delay_s));
+    let same = |delay_s: f64| with(delay_s).map(|found| found == stable);
     let far = if stable { DELAY_MAX_S } else { -here };
     // The shortest delay that a cell can have is one tick of its loop.
     let tick_s = match subject {
@@ -264,11 +280,13 @@ fn delay_margin(subject: &Subject, stable: bool) -> Option<Margin> {
     // Towards longer delays the loop is left once; the grid finds the first edge, halving the edge itself.
     let grid = 64;
     let at = |step: i32| far * f64::from(step) / f64::from(grid);
-    let first = (1..=grid).find(|step| with(at(*step)) != stable)?;
+    let first = (1..=grid).find(|step| same(at(*step)) != Some(true))?;
+    // Where it cannot be told any more there is no edge to be told either.
+    same(at(first))?;
     let (mut from, mut to) = (at(first - 1), at(first));
     for _ in 0..HALVINGS {
         let middle = 0.5 * (from + to);
-        if with(middle) == stable { from = middle } else { to = middle }
+        if same(middle)? { from = middle } else { to = middle }
     }
     let distance = 0.5 * (from + to);
     Some(Margin { distance, per_cent: Some(100.0 * distance / (here + distance)) })
@@ -279,7 +297,7 @@ fn one_sided(mass_kg: f64, stiffness: f64, damping: f64, delay_s: f64) -> Result
     let contact = impact::OneSided {
         mass_kg,
         stiffness_n_per_m: stiffness,
-        damping_n_s_per_m: damping,
+        damping_n_s_per_m: damping.max(0.0),
         delay_s,
         pull: impact::Pull::Never,
     };

@@ -43,6 +43,8 @@ pub struct Domain {
     pub y: Side,
     /// The stable intervals of y in each strip of x.
     pub strips: Vec<Vec<(f64, f64)>>,
+    /// The intervals of y in each strip of x where it cannot be told.
+    pub untold: Vec<Vec<(f64, f64)>>,
 }
 
 /// Reads `X[=LOW..HIGH],Y[=LOW..HIGH]`. Without a range a side reaches from 0 to twice the operating value.
@@ -88,19 +90,24 @@ impl Domain {
     pub fn of(subject: &Subject, x: Side, y: Side) -> Self {
         let strip = |index: usize| {
             let here = subject.with(&x.name, x.at((index as f64 + 0.5) / STRIPS as f64));
-            stable_intervals(&y, |value| is_stable(&here.with(&y.name, value)))
+            let told = |value: f64| is_stable(&here.with(&y.name, value));
+            (intervals(&y, |value| told(value) == Some(true)), intervals(&y, |value| told(value).is_none()))
         };
-        let strips = (0..STRIPS).into_par_iter().map(strip).collect();
-        Domain { x, y, strips }
+        let (strips, untold) = (0..STRIPS).into_par_iter().map(strip).unzip();
+        Domain { x, y, strips, untold }
     }
 
-    /// The domain as comma-separated values: both parameters, the rate of growth, and whether it is stable.
+    /// The domain as comma-separated values: both parameters, the rate of growth, and whether it is stable; both are empty where
+    /// it cannot be told.
     pub fn sweep(subject: &Subject, x: &Side, y: &Side) -> String {
         let share = |index: usize| index as f64 / (SWEEP - 1) as f64;
         let row = |index: usize| {
             let (a, b) = (x.at(share(index / SWEEP)), y.at(share(index % SWEEP)));
             let growth = growth_per_s(&subject.with(&x.name, a).with(&y.name, b));
-            format!("{a},{b},{growth},{}\n", u8::from(growth < 0.0))
+            match growth {
+                Some(growth) => format!("{a},{b},{growth},{}\n", u8::from(growth < 0.0)),
+                None => format!("{a},{b},,\n"),
+            }
         };
         let rows: Vec<String> = (0..SWEEP * SWEEP).into_par_iter().map(row).collect();
         format!("{},{},growth_per_s,stable\n{}", x.name, y.name, rows.concat())
@@ -108,21 +115,21 @@ impl Domain {
 }
 
 /// The intervals of a side in which a test holds; edges are narrowed down between two heights that differ.
-fn stable_intervals(side: &Side, is_stable: impl Fn(f64) -> bool) -> Vec<(f64, f64)> {
+fn intervals(side: &Side, holds: impl Fn(f64) -> bool) -> Vec<(f64, f64)> {
     let heights: Vec<f64> = (0..=HEIGHTS).map(|index| side.at(index as f64 / HEIGHTS as f64)).collect();
-    let stable: Vec<bool> = heights.iter().map(|height| is_stable(*height)).collect();
+    let held: Vec<bool> = heights.iter().map(|height| holds(*height)).collect();
     let edge = |index: usize| {
         let (mut from, mut to) = (heights[index], heights[index + 1]);
         for _ in 0..HALVINGS {
             let middle = 0.5 * (from + to);
-            if is_stable(middle) == stable[index] { from = middle } else { to = middle }
+            if holds(middle) == held[index] { from = middle } else { to = middle }
         }
         0.5 * (from + to)
     };
     let mut intervals = Vec::new();
-    let mut begin = stable[0].then_some(heights[0]);
+    let mut begin = held[0].then_some(heights[0]);
     for index in 0..HEIGHTS {
-        match (begin, stable[index + 1]) {
+        match (begin, held[index + 1]) {
             (None, true) => begin = Some(edge(index)),
             (Some(low), false) => {
                 intervals.push((low, edge(index)));

@@ -25,10 +25,10 @@ use sim_core::refusal::Refusal;
 use sim_core::stability::exact;
 use sim_core::stability::spectral::{DelayedForce, DelayedSystem};
 
-/// The rate at which the slowest motion of the loop grows, in 1/s; below 0 it is stable. Input without meaning, such as a line to
-/// a command that is not known yet, is infinitely unstable.
-fn growth_per_s(subject: &Subject) -> f64 {
-    growth(subject).unwrap_or(f64::INFINITY)
+/// The rate at which the slowest motion of the loop grows, in 1/s; below 0 it is stable. `None` where it cannot be told: input
+/// without meaning, such as a line to a command that is not known yet, or a delay of more ticks than the prediction holds.
+fn growth_per_s(subject: &Subject) -> Option<f64> {
+    growth(subject).ok()
 }
 
 fn growth(subject: &Subject) -> Result<f64, Refusal> {
@@ -53,13 +53,17 @@ fn growth(subject: &Subject) -> Result<f64, Refusal> {
     }
 }
 
-/// Whether the loop is stable: by the closed form where there is one.
-fn is_stable(subject: &Subject) -> bool {
+/// Whether the loop is stable: by the closed form where there is one. `None` where it cannot be told.
+fn is_stable(subject: &Subject) -> Option<bool> {
     match subject {
         Subject::OneDelay(one) => {
-            exact::assess(one.mass_kg, one.stiffness_n_per_m, one.damping_n_s_per_m, one.delay_s.unwrap_or(0.0))
-                .is_ok_and(|assessment| assessment.stable)
+            let delay_s = one.delay_s.unwrap_or(0.0);
+            if one.stiffness_n_per_m < 0.0 {
+                return growth_per_s(subject).map(|_| false);
+            }
+            let found = exact::assess(one.mass_kg, one.stiffness_n_per_m, one.damping_n_s_per_m, delay_s);
+            found.ok().map(|assessment| assessment.stable)
         }
-        Subject::Cell(_) => growth_per_s(subject) < 0.0,
+        Subject::Cell(_) => growth_per_s(subject).map(|growth| growth < 0.0),
     }
 }

@@ -6,6 +6,8 @@ use super::words::{Scale, figures, number, value};
 use crate::stability::{Answer, Domain, Side};
 use sim_core::stability::exact::critical_delay;
 
+/// A slower growth is rounding: it doubles in thirty years.
+const NEUTRAL_PER_S: f64 = 1e-9;
 /// Points of the closed form over a chart.
 const CURVE_POINTS: usize = 200;
 
@@ -47,10 +49,13 @@ fn verdict(answer: &Answer) -> String {
         format!("{}{share}", value(margin.distance.abs(), unit))
     };
     match answer.stable {
-        None => match answer.critical_delay_s {
-            Some(delay_s) => format!("stable below a dead time of {}", value(delay_s, "s")),
-            None => "unstable at any dead time: there is no damping".to_owned(),
-        },
+        None => format!("stable below a dead time of {}", value(answer.critical_delay_s.unwrap_or(0.0), "s")),
+        Some(false) if answer.growth_per_s.is_some_and(|growth| growth.abs() < NEUTRAL_PER_S) => {
+            "on the edge: it neither grows nor decays".to_owned()
+        }
+        Some(false) if answer.delay_s.is_none() && answer.budget.is_empty() && answer.stiffness_n_per_m > 0.0 => {
+            "unstable at any dead time: without positive damping nothing decays".to_owned()
+        }
         Some(true) => {
             let delay = answer.delay_margin.as_ref().map(|found| format!("{} of delay", margin(found, "s")));
             let damping = answer.damping_margin_low.as_ref().filter(|found| found.distance > 0.0);
@@ -73,7 +78,9 @@ fn verdict(answer: &Answer) -> String {
 fn sentences(answer: &Answer) -> Vec<String> {
     let mut said = Vec::new();
     let stable = answer.stable == Some(true);
-    if let Some(growth) = answer.growth_per_s {
+    if let Some(growth) = answer.growth_per_s.filter(|growth| growth.abs() < NEUTRAL_PER_S) {
+        said.push(format!("It neither grows nor decays ({growth:.0e} 1/s)."));
+    } else if let Some(growth) = answer.growth_per_s {
         let doubling = std::f64::consts::LN_2 / growth.abs();
         let verb = if growth < 0.0 { "halves" } else { "doubles" };
         said.push(format!("The slowest motion {verb} in {}.", value(doubling, "s")));
@@ -117,7 +124,11 @@ fn sentences(answer: &Answer) -> Vec<String> {
 fn one_sided(answer: &Answer) -> Option<String> {
     let found = answer.one_sided.as_ref()?;
     let impact = found.restitution.map(|restitution| {
-        let word = if restitution > 1.0 { "creates energy" } else { "loses energy" };
+        let word = match restitution {
+            e if e > 1.0 + 1e-12 => "creates energy",
+            e if e < 1.0 - 1e-12 => "loses energy",
+            _ => "keeps its energy",
+        };
         format!("an impact has restitution {} and {word}", number(restitution))
     })?;
     let edge = match found.neutral_damping_n_s_per_m {
@@ -207,14 +218,17 @@ fn numbers_table(answer: &Answer) -> Option<Table> {
 /// The chart, with the closed form where both sides of the domain are its own.
 fn chart(answer: &Answer, domain: &Domain) -> Chart {
     let (x, y) = (scale(&domain.x), scale(&domain.y));
-    let strips = domain.strips.iter().map(|strip| strip.iter().map(|(a, b)| (a * y.factor, b * y.factor)).collect());
+    let scaled = |strips: &[Vec<(f64, f64)>]| -> Vec<Vec<(f64, f64)>> {
+        strips.iter().map(|strip| strip.iter().map(|(a, b)| (a * y.factor, b * y.factor)).collect()).collect()
+    };
     Chart {
         title: format!("{} over {}", named(&domain.y), named(&domain.x)),
         x_label: x.label(&named(&domain.x)),
         y_label: y.label(&named(&domain.y)),
         x_range: (domain.x.low * x.factor, domain.x.high * x.factor),
         y_range: (domain.y.low * y.factor, domain.y.high * y.factor),
-        strips: strips.collect(),
+        strips: scaled(&domain.strips),
+        untold: scaled(&domain.untold),
         point: (domain.x.here * x.factor, domain.y.here * y.factor),
         curves: closed_form(answer, domain, &x, &y).into_iter().collect(),
     }
