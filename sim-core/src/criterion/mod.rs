@@ -33,7 +33,7 @@ pub use distortion::{Distortion, DistortionOf, distortion};
 pub use energy_per_axis::{AxisEnergy, EnergyPerAxis, energy_per_axis};
 pub use observation::{Along, Column, Known, Observation, ObservedAxis};
 pub use observed_energy::{Energy, ObservedEnergy, Window, observed_energy};
-pub use peak::{Peak, PeakDepth, PeakForce, peak_depth, peak_force};
+pub use peak::{Peak, PeakDepth, PeakForce, peak_depth, peak_force, peak_force_size};
 pub use restitution::{Restitution, Speeds, speeds};
 pub use speed::{Estimate, mean_velocity};
 
