@@ -10,7 +10,7 @@ use sim_core::closed_loop::{Clamps, ClosedLoop, Start};
 use sim_core::compensator::Hybrid;
 use sim_core::contact::{ContactLaw, Sides, SpringDashpot};
 use sim_core::criterion::{
-    Along, Answer, AnyCriterion, Criterion, Damping, Distortion, DistortionOf, Estimate, Known, Observation,
+    Along, Answer, AnyCriterion, Bound, Criterion, Damping, Distortion, DistortionOf, Estimate, Known, Observation,
     ObservedAxis, ObservedEnergy, Outcome, Window, contact, distortion, energy_per_axis, observed_damping,
     observed_energy, peak_force, same_sign, same_value, speeds,
 };
@@ -278,6 +278,10 @@ fn a_limit_passes_fails_or_is_left_open_by_the_noise() {
     }
     let deep = criterion("id = 'peak-depth'\nat_most_m = 0.008").judge(&run);
     assert_eq!((deep.outcome, deep.unit), (Outcome::Fail, "m"));
+    for (text, bound) in [("at_least_s = 0.5", Bound::AtLeast), ("at_most_s = 2.0", Bound::AtMost)] {
+        let verdict = criterion(&format!("id = 'contact-duration'\n{text}")).judge(&run);
+        assert_eq!((verdict.outcome, verdict.bound), (Outcome::Pass, Some(bound)), "{verdict:?}");
+    }
     let open = criterion("id = 'contact-duration'").judge(&run);
     assert!(open.outcome == Outcome::Undecided && open.why.starts_with("no limit is given"), "{open:?}");
 }

@@ -65,6 +65,14 @@ fn the_scenarios_inside_are_the_folder() {
 }
 
 #[test]
+fn a_limit_says_which_side_of_it_is_the_good_one() {
+    let out = Shell::new().run(&["run", "facility"]).out;
+    for limit in ["at least 500.0 ms", "at most 15.00 N", "at most 1.000", "at least 0 mJ"] {
+        assert!(out.contains(limit), "{limit}: {out}");
+    }
+}
+
+#[test]
 fn two_runs_of_a_scenario_are_the_same_to_the_byte() {
     let shell = Shell::new();
     assert_eq!(shell.run(&["run", "bench-hardware", "-o", "DIR/a.mcap"]).exit, 0);

@@ -6,7 +6,9 @@
 //! by itself. Either way an energy inside the noise band leaves it open: nothing can be said of it.
 
 use super::verdict::cannot;
-use super::{Criterion, Missing, Observation, ObservedAxis, ObservedEnergy, Outcome, Verdict, Window, observed_energy};
+use super::{
+    Bound, Criterion, Missing, Observation, ObservedAxis, ObservedEnergy, Outcome, Verdict, Window, observed_energy,
+};
 use crate::energy::{Activity, Pairing};
 use crate::refusal::Refusal;
 use alloc::format;
@@ -88,6 +90,7 @@ impl Criterion for EnergyPerAxis {
             value: Some(value_j),
             uncertainty: Some(band_j),
             limit: Some(0.0),
+            bound: Some(Bound::AtLeast),
             margin: Some(value_j),
             unit: "J",
             at: None,
