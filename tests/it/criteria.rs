@@ -10,7 +10,7 @@ use sim_core::closed_loop::{Clamps, ClosedLoop, Start};
 use sim_core::compensator::Hybrid;
 use sim_core::contact::{ContactLaw, Sides, SpringDashpot};
 use sim_core::criterion::{
-    Along, Answer, AnyCriterion, Criterion, Damping, Distortion, DistortionOf, Estimate, Known, Observation,
+    Along, Answer, AnyCriterion, Bound, Criterion, Damping, Distortion, DistortionOf, Estimate, Known, Observation,
     ObservedAxis, ObservedEnergy, Outcome, Window, contact, distortion, energy_per_axis, observed_damping,
     observed_energy, peak_force, same_sign, same_value, speeds,
 };
@@ -278,6 +278,10 @@ fn a_limit_passes_fails_or_is_left_open_by_the_noise() {
     }
     let deep = criterion("id = 'peak-depth'\nat_most_m = 0.008").judge(&run);
     assert_eq!((deep.outcome, deep.unit), (Outcome::Fail, "m"));
+    for (text, bound) in [("at_least_s = 0.5", Bound::AtLeast), ("at_most_s = 2.0", Bound::AtMost)] {
+        let verdict = criterion(&format!("id = 'contact-duration'\n{text}")).judge(&run);
+        assert_eq!((verdict.outcome, verdict.bound), (Outcome::Pass, Some(bound)), "{verdict:?}");
+    }
     let open = criterion("id = 'contact-duration'").judge(&run);
     assert!(open.outcome == Outcome::Undecided && open.why.starts_with("no limit is given"), "{open:?}");
 }
@@ -365,8 +369,16 @@ fn an_axis_that_creates_energy_shows_where_the_sum_is_passive() {
     let felt = |axis| run.along(axis).unwrap().sensed.as_ref().unwrap()[1];
     let off = (felt(ObservedAxis::Z) - 10.0).abs() + (felt(ObservedAxis::AboutZ) + 1.0).abs();
     assert!(off < f64::EPSILON, "what resists is minus the load");
-    assert_eq!(criterion("id = 'energy-per-axis'").judge(&run).outcome, Outcome::Fail);
-    assert_eq!(criterion("id = 'energy-per-axis'\naxes = ['z', 'x']").judge(&run).outcome, Outcome::Pass);
+    for (text, outcome) in [
+        // The sum of both is nothing: neither passive nor active.
+        ("id = 'energy-per-axis'", Outcome::Undecided),
+        ("id = 'energy-per-axis'\naxes = ['z', 'about-z']", Outcome::Fail),
+        ("id = 'energy-per-axis'\naxes = ['z']", Outcome::Pass),
+        // Nothing moves along x.
+        ("id = 'energy-per-axis'\naxes = ['z', 'x']", Outcome::Undecided),
+    ] {
+        assert_eq!(criterion(text).judge(&run).outcome, outcome, "{text}");
+    }
 }
 
 #[test]

@@ -65,6 +65,14 @@ fn the_scenarios_inside_are_the_folder() {
 }
 
 #[test]
+fn a_limit_says_which_side_of_it_is_the_good_one() {
+    let out = Shell::new().run(&["run", "facility"]).out;
+    for limit in ["at least 500.0 ms", "at most 15.00 N", "at most 1.000", "at least 0 mJ"] {
+        assert!(out.contains(limit), "{limit}: {out}");
+    }
+}
+
+#[test]
 fn two_runs_of_a_scenario_are_the_same_to_the_byte() {
     let shell = Shell::new();
     assert_eq!(shell.run(&["run", "bench-hardware", "-o", "DIR/a.mcap"]).exit, 0);
@@ -343,8 +351,16 @@ fn wrong_scenarios_are_refused_with_file_place_value_and_limit() {
         ("position_m = -0.008", "position_m = \"near\"", &["line 12", "expected one number along the axis"]),
         ("schema = 1", "schema = 3", &["line 1", "schema = 3 is not 1"]),
         ("models/bench-hardware.toml", "models/bench.toml", &["models/bench.toml", "cannot read the model"]),
-        ("at_most = 1.0", "at_most = nan", &["criterion restitution", "at_most = NaN", "is not a finite number"]),
-        ("at_most_n = 15.0", "at_most = 15.0", &["unknown field `at_most`"]),
+        ("at_most = 1.0", "at_most = nan", &["criterion 2 (restitution)", "at_most = NaN", "is not a finite number"]),
+        (
+            "at_most_n = 15.0",
+            "at_most = 15.0",
+            &["line 25", "criterion 3 (peak-force): unknown field `at_most`", "at_most = 15.0"],
+        ),
+        ("at_most_n = 15.0", "", &["line 24", "criterion 3 (peak-force): missing field `at_most_n`"]),
+        ("at_most = 1.0", "release = \"never\"", &["line 21", "criterion 2 (restitution): unknown variant `never`"]),
+        ("at_most = 1.0", "at_most = \"one\"", &["line 21", "criterion 2 (restitution): ", "expected a number"]),
+        ("id = \"peak-force\"\n", "", &["line 23", "criterion 3 (without an id): missing field `id`"]),
         ("id = \"restitution\"", "id = \"restitusion\"", &["unknown variant `restitusion`"]),
         (
             "[[criterion]]",

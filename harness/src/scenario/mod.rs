@@ -129,6 +129,9 @@ pub struct FaultModel {
     pub until_s: Option<f64>,
 }
 
+/// What lists the keys of a scenario.
+const SCHEMA: &str = "dockhil run --schema";
+
 /// 2000-01-01T00:00:00Z.
 fn epoch_s() -> u64 {
     946_684_800
@@ -148,7 +151,7 @@ impl Scenario {
 
     /// Reads a scenario from text; `name` stands in errors. What depends on the model is checked when the two meet.
     pub fn parse(name: &str, text: &str) -> Result<Self, Error> {
-        let scenario: Scenario = parsed(name, text, "dockhil run --schema")?;
+        let scenario = parsed::<Scenario>(name, text, SCHEMA).map_err(|error| judge::placed(error, name, text))?;
         scenario.check(name, text)?;
         Ok(scenario)
     }

@@ -66,7 +66,8 @@ pub(crate) fn verdict_tables(verdicts: &[Verdict]) -> Vec<Table> {
             word(verdict.outcome).to_owned(),
             text(verdict.value),
             text(verdict.uncertainty),
-            text(verdict.limit),
+            // A smallest value and a largest one look alike.
+            verdict.bound.map_or_else(String::new, |bound| format!("{} ", bound.words())) + &text(verdict.limit),
             text(verdict.margin),
         ];
         Row { cells, tone: Some(tone(verdict.outcome)) }

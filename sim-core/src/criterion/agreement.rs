@@ -162,6 +162,7 @@ impl Criterion for Agreement {
             value: Some(observed.value),
             uncertainty: observed.sd.map(|sd| 2.0 * libm::sqrt(sd * sd + self.predicted_sd * self.predicted_sd)),
             limit: Some(self.predicted),
+            bound: None,
             margin: self.tolerance.map(|tolerance| tolerance - off.abs()),
             unit,
             at: None,

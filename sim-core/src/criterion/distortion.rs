@@ -4,6 +4,7 @@
 //! The ideal is a spring and a dashpot without delay, in closed form ([`crate::restitution`]), at the mass and the approach
 //! speed of the run itself.
 
+use super::restitution::leave_open_without_rebound;
 use super::verdict::{Finding, Range, judged};
 use super::{Criterion, Estimate, Missing, Observation, ObservedAxis, Verdict, peak_force, speeds};
 use crate::refusal::{Refusal, not_negative, positive};
@@ -92,6 +93,10 @@ impl Criterion for Distortion {
             at: None,
             about: format!("{what}, {}", self.release.words()),
         });
-        judged(self, found, "1", self.range())
+        let mut verdict = judged(self, found, "1", self.range());
+        if self.of == DistortionOf::Restitution {
+            leave_open_without_rebound(&mut verdict);
+        }
+        verdict
     }
 }

@@ -33,7 +33,7 @@ pub use distortion::{Distortion, DistortionOf, distortion};
 pub use energy_per_axis::{AxisEnergy, EnergyPerAxis, energy_per_axis};
 pub use observation::{Along, Column, Known, Observation, ObservedAxis};
 pub use observed_energy::{Energy, ObservedEnergy, Window, observed_energy};
-pub use peak::{Peak, PeakDepth, PeakForce, peak_depth, peak_force};
+pub use peak::{Peak, PeakDepth, PeakForce, peak_depth, peak_force, peak_force_size};
 pub use restitution::{Restitution, Speeds, speeds};
 pub use speed::{Estimate, mean_velocity};
 
@@ -57,6 +57,26 @@ pub enum Outcome {
     Fail,
 }
 
+/// Which side of a limit is the good one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Bound {
+    /// The limit is the smallest value that passes.
+    AtLeast,
+    /// The limit is the largest value that passes.
+    AtMost,
+}
+
+impl Bound {
+    /// In words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Bound::AtLeast => "at least",
+            Bound::AtMost => "at most",
+        }
+    }
+}
+
 /// What a criterion says of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Verdict {
@@ -70,6 +90,8 @@ pub struct Verdict {
     pub uncertainty: Option<f64>,
     /// What it was held against, in `unit`: the nearer of two limits.
     pub limit: Option<f64>,
+    /// Which side of the limit is the good one; none where it is a prediction.
+    pub bound: Option<Bound>,
     /// Distance from the limit to the value, in `unit`; positive on the good side.
     pub margin: Option<f64>,
     /// Unit of the numbers above; `1` for a ratio.

@@ -10,7 +10,7 @@
 
 use super::contact::{threshold_n, within};
 use super::verdict::cannot;
-use super::{Along, Criterion, Missing, Observation, ObservedAxis, Outcome, Verdict, contact};
+use super::{Along, Bound, Criterion, Missing, Observation, ObservedAxis, Outcome, Verdict, contact};
 use crate::energy::{Activity, Pairing, observed_j, observed_sd_j, observed_sd_of_position_j};
 use crate::refusal::{Refusal, positive};
 use crate::time::Nanos;
@@ -252,6 +252,12 @@ fn verdict(what: &ObservedEnergy, energy: &Energy, band_j: f64) -> Verdict {
             (0.0, sign * value_j, outcome)
         }
     };
+    let bound = match what.expect {
+        Activity::Passive => Bound::AtLeast,
+        Activity::Active => Bound::AtMost,
+        Activity::Neutral if value_j < 0.0 => Bound::AtLeast,
+        Activity::Neutral => Bound::AtMost,
+    };
     let (is, wanted) = (activity.word(), what.expect.word());
     Verdict {
         criterion: what.id().to_string(),
@@ -259,6 +265,7 @@ fn verdict(what: &ObservedEnergy, energy: &Energy, band_j: f64) -> Verdict {
         value: Some(value_j),
         uncertainty: Some(band_j),
         limit: Some(limit_j),
+        bound: Some(bound),
         margin: Some(margin_j),
         unit: "J",
         at: energy.lowest_at,

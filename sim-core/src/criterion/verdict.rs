@@ -1,6 +1,6 @@
 //! From a value with its uncertainty to a verdict.
 
-use super::{Criterion, Estimate, Missing, Outcome, Verdict};
+use super::{Bound, Criterion, Estimate, Missing, Outcome, Verdict};
 use crate::refusal::Refusal;
 use crate::time::Nanos;
 use alloc::format;
@@ -14,10 +14,10 @@ pub(super) struct Range {
 }
 
 impl Range {
-    /// The bound with the smaller margin, and that margin.
-    fn nearest(&self, value: f64) -> Option<(f64, f64)> {
-        let low = self.at_least.map(|limit| (limit, value - limit));
-        let high = self.at_most.map(|limit| (limit, limit - value));
+    /// The bound with the smaller margin, that margin, and which bound it is.
+    fn nearest(&self, value: f64) -> Option<(f64, f64, Bound)> {
+        let low = self.at_least.map(|limit| (limit, value - limit, Bound::AtLeast));
+        let high = self.at_most.map(|limit| (limit, limit - value, Bound::AtMost));
         match (low, high) {
             (Some(low), Some(high)) => Some(if low.1 <= high.1 { low } else { high }),
             (low, high) => low.or(high),
@@ -67,16 +67,17 @@ pub(super) fn judged(
         value: Some(value),
         uncertainty: sd.map(|sd| 2.0 * sd),
         limit: None,
+        bound: None,
         margin: None,
         unit: found.unit,
         at: found.at,
         why: found.about,
     };
-    let Some((limit, margin)) = range.nearest(value) else {
+    let Some((limit, margin, bound)) = range.nearest(value) else {
         verdict.why = format!("no limit is given; {}", verdict.why);
         return verdict;
     };
-    (verdict.limit, verdict.margin) = (Some(limit), Some(margin));
+    (verdict.limit, verdict.margin, verdict.bound) = (Some(limit), Some(margin), Some(bound));
     // Without a noise figure nothing is inside it.
     let resolved = margin.abs() > 2.0 * sd.unwrap_or(0.0);
     verdict.outcome = match (margin >= 0.0, resolved) {
@@ -100,6 +101,7 @@ pub(super) fn cannot(criterion: &dyn Criterion, unit: &'static str, missing: &Mi
         value: None,
         uncertainty: None,
         limit: None,
+        bound: None,
         margin: None,
         unit,
         at: None,
