@@ -218,7 +218,7 @@ fn compare_runs_with_an_identified_robot() {
     );
     let model = Model::parse("m.toml", &shell.read("m.toml"), &sim_core::effects::standard()).unwrap();
     let running = model.clone().with_identified_robot().unwrap();
-    assert!(running.timing.command_delay_s != model.timing.command_delay_s, "the identified delay is used");
+    assert_ne!(running.timing, model.timing, "the identified delay is used");
     let ran = shell.run(&compare);
     eprintln!("identified: exit {}, {}", ran.exit, ran.out.lines().last().unwrap_or_default());
     assert!(ran.exit <= 1 && ran.err.is_empty() && ran.out != stated.out, "{} {}", ran.out, ran.err);
