@@ -168,6 +168,27 @@ fn thirty_six_poses_in_a_recording_become_a_section_of_the_model() {
     assert_eq!((again.exit, shell.read("m.toml")), (0, text), "the same recording gives the same section");
 }
 
+/// A sensor that is known to a millinewton is not 'known to 0.00 N'; and a recording that was cut says so.
+#[test]
+fn small_numbers_keep_their_digits_and_a_cut_recording_its_grade() {
+    let shell = Shell::new();
+    save(&recording(&random_attitudes(36), 5), &shell.path("poses.mcap"));
+    let args = ["calibrate", "ft", "DIR/poses.mcap", "--force-sigma-n=0.0005", "--torque-sigma-n-m=0.00005"];
+    let ran = shell.run(&args);
+    assert_eq!(ran.exit, 0, "{}", ran.err);
+    assert!(ran.out.contains("a predicted force is known to ") && !ran.out.contains(" 0.00 N"), "{}", ran.out);
+    assert!(!ran.out.contains("grade"), "{}", ran.out);
+    let whole = std::fs::read(shell.path("poses.mcap")).unwrap();
+    std::fs::write(shell.path("cut.mcap"), &whole[..whole.len() * 4 / 5]).unwrap();
+    let ran = shell.run(&["calibrate", "ft", "DIR/cut.mcap"]);
+    assert!(
+        ran.exit != 2 && ran.out.contains("cut.mcap: grade B, cut off, recovered as far as it goes"),
+        "{} {}",
+        ran.out,
+        ran.err
+    );
+}
+
 /// The figures of reference/PHYSICS.md, section 5: a sweep of ± 30 degrees leaves one axis ten times worse.
 #[test]
 fn a_narrow_sweep_is_told_which_poses_to_add() {
@@ -264,14 +285,47 @@ fn crosstalk_and_temperature_go_into_the_model() {
 fn a_mistake_in_a_calibration_is_shown_at_its_place() {
     let shell = Shell::with_model();
     let text = shell.read("m.toml");
-    let section = "\n[sensor.calibration]\nbias_force_n = [0, 0, 0]\nbias_torque_n_m = [0, 0, 0]\ntool_mass_kg = 7.5\n\
-                   centre_of_mass_m = [0, 0, 0.1]\n";
-    shell.write("m.toml", &(text.clone() + section));
-    assert_eq!(shell.run(&["model", "check", "DIR/m.toml"]).exit, 0);
-    shell.write("m.toml", &(text + &section.replace("7.5", "-7.5")));
+    let own = harness::model::Model::parse("m.toml", &text, &sim_core::effects::standard()).unwrap().sensor;
+    let section = format!(
+        "\n[sensor.calibration]\nbias_force_n = [0, 0, {}]\nbias_torque_n_m = [0, 0, 0]\ntool_mass_kg = {}\n\
+         centre_of_mass_m = [0, 0, 0.1]\n",
+        own.bias_n, own.tool_mass_kg
+    );
+    shell.write("m.toml", &(text.clone() + &section));
     let ran = shell.run(&["model", "check", "DIR/m.toml"]);
-    assert!(ran.exit == 2 && ran.err.contains("sensor.calibration.tool_mass_kg = -7.5 is not above 0"), "{}", ran.err);
-    assert!(ran.err.contains("│ tool_mass_kg = -7.5\n"), "{}", ran.err);
+    assert_eq!(ran.exit, 0, "{}", ran.err);
+    // One of two equal numbers was edited.
+    let other = format!("= [0, 0, {}]", own.bias_n + 2.5);
+    let bias = section.replace(&format!("= [0, 0, {}]", own.bias_n), &other);
+    let mass = section.replace(
+        &format!("tool_mass_kg = {}", own.tool_mass_kg),
+        &format!("tool_mass_kg = {}", own.tool_mass_kg + 0.5),
+    );
+    for (wrong, expected) in [(bias, "sensor.bias_n = "), (mass, "sensor.tool_mass_kg = ")] {
+        shell.write("m.toml", &(text.clone() + &wrong));
+        let ran = shell.run(&["model", "check", "DIR/m.toml"]);
+        assert!(ran.exit == 2 && ran.err.contains(expected), "{}", ran.err);
+        assert!(
+            ran.err.contains("contradicts sensor.calibration") && ran.err.contains("calibrate anew"),
+            "{}",
+            ran.err
+        );
+        assert!(ran.err.contains("m.toml:"), "the place: {}", ran.err);
+    }
+    // Along x it is another component that counts; four digits of a number are that number.
+    let along_x =
+        section.replace(&format!("= [0, 0, {}]", own.bias_n), &format!("= [{}, 0, 7]\ntravel = \"x\"", own.bias_n));
+    let along_x = along_x.replace(
+        &format!("tool_mass_kg = {}", own.tool_mass_kg),
+        &format!("tool_mass_kg = {}", own.tool_mass_kg * 1.0004),
+    );
+    shell.write("m.toml", &(text.clone() + &along_x));
+    let ran = shell.run(&["model", "check", "DIR/m.toml"]);
+    assert_eq!(ran.exit, 0, "{}", ran.err);
+    shell.write("m.toml", &(text + &section.replace("\ntool_mass_kg = ", "\ntool_mass_kg = -")));
+    let ran = shell.run(&["model", "check", "DIR/m.toml"]);
+    assert!(ran.exit == 2 && ran.err.contains("sensor.calibration.tool_mass_kg = -"), "{}", ran.err);
+    assert!(ran.err.contains("is not above 0") && ran.err.contains("│ tool_mass_kg = -"), "{}", ran.err);
 }
 
 /// Data that stay outside the project; says aloud when they are not there.

@@ -3,6 +3,7 @@
 use super::rest::{RestPose, at_rest};
 use super::words::pattern_words;
 use crate::error::Error;
+use crate::identify::gradings;
 use crate::recording::{Body, SensorMap, Session};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use serde::Serialize;
@@ -89,6 +90,8 @@ pub struct FtCalibration {
     pub observability: ObservabilityReport,
     /// Patterns in the residuals, in words.
     pub patterns: Vec<String>,
+    /// What is to be known of the recordings: each one that is not whole.
+    pub findings: Vec<String>,
     /// Mean temperature of the poses, if it was given with every recording.
     pub reference_c: Option<f64>,
     /// The same with all its digits.
@@ -140,6 +143,7 @@ pub fn calibrate_ft(request: &FtRequest<'_>) -> Result<FtCalibration, Error> {
             is_enough: found.is_enough(),
         },
         patterns: patterns(&calibration, &poses).iter().map(pattern_words).collect(),
+        findings: gradings(request.sessions),
         reference_c,
         poses: rests,
         calibration,

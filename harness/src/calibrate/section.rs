@@ -2,13 +2,14 @@
 
 use super::ft::FtCalibration;
 use crate::model::{CalibrationModel, Editor, TemperatureModel};
+use crate::recording::AxisName;
 use toml_edit::{Array, InlineTable, Value};
 
 const SECTION: [&str; 2] = ["sensor", "calibration"];
 
 impl FtCalibration {
     /// As it stands in a model.
-    pub fn section(&self, source: &str) -> CalibrationModel {
+    pub fn section(&self, source: &str, travel: AxisName) -> CalibrationModel {
         let found = &self.calibration.parameters;
         let deviations = self.calibration.deviations();
         let three = |at: usize| std::array::from_fn(|axis| deviations.get(at + axis).copied().unwrap_or(0.0));
@@ -29,6 +30,7 @@ impl FtCalibration {
             tool_mass_sd_kg: deviations[6],
             centre_of_mass_sd_m: three(7),
             misalignment_sd_rad: if self.calibration.terms.misalignment { three(10) } else { [0.0; 3] },
+            travel,
             crosstalk,
             temperature: temperature.map(|reference_c| TemperatureModel {
                 reference_c,
@@ -40,7 +42,7 @@ impl FtCalibration {
 }
 
 /// Puts a calibration into a model, with the tool's mass and the bias along the axis of approach for the loop along one axis.
-pub fn write_calibration(editor: &mut Editor, section: &CalibrationModel, travel: usize) {
+pub fn write_calibration(editor: &mut Editor, section: &CalibrationModel) {
     let three = |values: &[f64; 3]| Value::Array(values.iter().copied().collect::<Array>());
     let values = [
         ("source", section.source.as_str().into()),
@@ -56,6 +58,16 @@ pub fn write_calibration(editor: &mut Editor, section: &CalibrationModel, travel
         ("misalignment_sd_rad", three(&section.misalignment_sd_rad)),
     ];
     editor.set_table(&SECTION, &values);
+    let (nth, name) = match section.travel {
+        AxisName::X => (0, Some("x")),
+        AxisName::Y => (1, Some("y")),
+        // The usual one is not written.
+        AxisName::Z => (2, None),
+    };
+    match name {
+        Some(name) => editor.set_table(&SECTION, &[("travel", name.into())]),
+        None => editor.remove_key(&SECTION, "travel"),
+    }
     // What an earlier calibration estimated and this one does not would no longer belong to it.
     editor.remove_key(&SECTION, "crosstalk");
     editor.remove_key(&SECTION, "temperature");
@@ -71,5 +83,5 @@ pub fn write_calibration(editor: &mut Editor, section: &CalibrationModel, travel
         editor.set_table(&SECTION, &[("temperature", Value::InlineTable(table))]);
     }
     editor.set_base("sensor", "tool_mass_kg", section.tool_mass_kg);
-    editor.set_base("sensor", "bias_n", section.bias_force_n[travel]);
+    editor.set_base("sensor", "bias_n", section.bias_force_n[nth]);
 }

@@ -1,10 +1,13 @@
 //! A calibration in words: a table of numbers, what the poses could show and which to add, what is left.
 
 use super::ft::{FtCalibration, NamedNumber};
+use crate::report::story::words::figures;
 use nalgebra::Vector3;
 use sim_core::calibration::observability::Weakest;
 use sim_core::calibration::{Pattern, Shape};
 
+/// Digits of a standard deviation: it is itself known to a tenth at best.
+const DIGITS: i32 = 2;
 /// Part of a unit vector that makes it one axis: within 18 degrees.
 const ALONG: f64 = 0.95;
 const READINGS: [&str; 6] = ["fx", "fy", "fz", "tx", "ty", "tz"];
@@ -20,8 +23,11 @@ pub fn text(found: &FtCalibration) -> String {
         found.iterations
     )];
     lines.push(format!(
-        "noise of a pose: {:.3} N, {:.4} N m ({}); weighted rms {:.2}",
-        found.force_sigma_n, found.torque_sigma_n_m, found.noise_source, found.weighted_rms
+        "noise of a pose: {} N, {} N m ({}); weighted rms {:.2}",
+        figures(found.force_sigma_n, DIGITS),
+        figures(found.torque_sigma_n_m, DIGITS),
+        found.noise_source,
+        found.weighted_rms
     ));
     lines.push(String::new());
     lines.extend(number_lines(&found.numbers));
@@ -37,6 +43,7 @@ pub fn text(found: &FtCalibration) -> String {
     }
     lines.extend(found.patterns.iter().map(|words| format!("residuals: {words}")));
     lines.extend(observability_lines(found));
+    lines.extend(found.findings.iter().cloned());
     lines.join("\n") + "\n"
 }
 
@@ -63,13 +70,14 @@ fn digits(value: f64) -> String {
 /// What the poses could show, and which to add.
 fn observability_lines(found: &FtCalibration) -> Vec<String> {
     let seen = &found.found;
+    let newton = |value: f64| format!("{} N", figures(value, DIGITS));
     let mut lines = vec![format!(
-        "what the calibration is worth: a predicted force is known to {:.2} N in the poses, to {:.2} N in any attitude; \
-         {} poses spread evenly would give {:.2} N",
-        seen.visited_n,
-        seen.anywhere_n,
+        "what the calibration is worth: a predicted force is known to {} in the poses, to {} in any attitude; \
+         {} poses spread evenly would give {}",
+        newton(seen.visited_n),
+        newton(seen.anywhere_n),
         found.poses.len(),
-        seen.even_n
+        newton(seen.even_n)
     )];
     if seen.is_enough() {
         lines.push("more attitudes would help little".to_owned());
@@ -77,17 +85,21 @@ fn observability_lines(found: &FtCalibration) -> Vec<String> {
     }
     let half = found.observability.opening_deg / 2.0;
     lines.push(format!(
-        "attitudes within ±{half:.0} degrees leave {} at {:.2} N ({:.2} N if spread evenly){}: add poses",
+        "attitudes within ±{half:.0} degrees leave {} at {} ({} if spread evenly){}: add poses",
         axis_name(&seen.bias.direction, "the bias"),
-        seen.bias.deviation,
-        seen.bias.even,
+        newton(seen.bias.deviation),
+        newton(seen.bias.even),
         seen.misalignment.as_ref().map_or_else(String::new, misalignment_words)
     ));
     for addition in &seen.add {
         let d = addition.direction;
         lines.push(format!(
-            "  add: gravity along ({:+.2}, {:+.2}, {:+.2}) of the sensor; then at most {:.2} N in any attitude, bias to {:.2} N",
-            d.x, d.y, d.z, addition.anywhere_n, addition.bias_n
+            "  add: gravity along ({:+.2}, {:+.2}, {:+.2}) of the sensor; then at most {} in any attitude, bias to {}",
+            d.x,
+            d.y,
+            d.z,
+            newton(addition.anywhere_n),
+            newton(addition.bias_n)
         ));
     }
     lines
@@ -95,7 +107,7 @@ fn observability_lines(found: &FtCalibration) -> Vec<String> {
 
 fn misalignment_words(weakest: &Weakest) -> String {
     let turn = axis_name(&weakest.direction, "the misalignment");
-    format!(", {turn} at {:.1} mrad", weakest.deviation * 1e3)
+    format!(", {turn} at {} mrad", figures(weakest.deviation * 1e3, DIGITS))
 }
 
 /// 'the bias along x', or along a direction that is no axis.

@@ -6,7 +6,7 @@ use super::outcome::Exit;
 use crate::calibrate::{FtRequest, calibrate_ft, text, write_calibration};
 use crate::error::Error;
 use crate::model::Editor;
-use crate::recording::{AxisName, Session};
+use crate::recording::Session;
 use clap::{Args, Subcommand};
 use sim_core::calibration::{Noise, Terms};
 use sim_core::effect::Catalog;
@@ -92,11 +92,8 @@ impl Ft {
         })?;
         let mut said = text(&found);
         if let (Some(path), Some(mut editor)) = (&self.model, editor) {
-            write_calibration(
-                &mut editor,
-                &found.section(&source(&sessions, found.poses.len())),
-                travel(&options.map.axis.travel),
-            );
+            let section = found.section(&source(&sessions, found.poses.len()), options.map.axis.travel);
+            write_calibration(&mut editor, &section);
             editor.save(catalog)?;
             said += &format!("{}: [sensor.calibration], tool_mass_kg and bias_n written\n", path.display());
         }
@@ -120,14 +117,6 @@ fn open(path: &Path, force: bool, catalog: &Catalog<Axis>) -> Result<Editor, Err
             .help("replace it with --force"));
     }
     Ok(editor)
-}
-
-fn travel(axis: &AxisName) -> usize {
-    match axis {
-        AxisName::X => 0,
-        AxisName::Y => 1,
-        AxisName::Z => 2,
-    }
 }
 
 /// Where the numbers come from, short enough for a line of the model.

@@ -7,6 +7,7 @@ use crate::error::Error;
 use crate::identify::{RobotIdentification, identify_robot, text, write_robot};
 use crate::model::{Editor, Model};
 use crate::recording::Session;
+use crate::report::story::words::number;
 use clap::{Args, Subcommand};
 use sim_core::effect::Catalog;
 use sim_core::space::Axis;
@@ -69,9 +70,12 @@ impl Robot {
         let mut said = text(&robot);
         if let (Some(path), Some(mut editor)) = (&self.model, editor) {
             keeps_old(&editor, &robot, path, self.force)?;
-            write_robot(&mut editor, &robot, &source(&sessions));
-            editor.save(catalog)?;
-            said += &written(path, &robot, &Model::read(path, catalog)?);
+            if robot.axes.iter().any(|axis| axis.is_decided) {
+                write_robot(&mut editor, &robot, &source(&sessions));
+                editor.save(catalog)?;
+                said += &written(path, &robot, &Model::read(path, catalog)?);
+            }
+            said += &left_out(path, &robot);
         }
         if let Some(path) = &self.json {
             console.save(path, &format!("{:#}\n", serde_json::json!(robot)))?;
@@ -85,7 +89,7 @@ impl Robot {
 
 /// An axis that the model holds already is left alone unless `force` is given.
 fn keeps_old(editor: &Editor, robot: &RobotIdentification, path: &Path, force: bool) -> Result<(), Error> {
-    match robot.axes.iter().find(|axis| editor.has(&["robot", axis.axis])) {
+    match robot.axes.iter().filter(|axis| axis.is_decided).find(|axis| editor.has(&["robot", axis.axis])) {
         Some(axis) if !force => Err(Error::new("holds this axis already and was left as it is")
             .file(path)
             .place(format!("[robot.{}]", axis.axis))
@@ -94,15 +98,37 @@ fn keeps_old(editor: &Editor, robot: &RobotIdentification, path: &Path, force: b
     }
 }
 
-/// What was written, beside what the model states as delays.
+/// Places of the axes that are decided, or of those that are not.
+fn places(robot: &RobotIdentification, are_decided: bool) -> String {
+    let axes = robot.axes.iter().filter(|axis| axis.is_decided == are_decided);
+    axes.map(|axis| format!("[robot.{}]", axis.axis)).collect::<Vec<_>>().join(", ")
+}
+
+/// What was written, and what the commands make of it.
 fn written(path: &Path, robot: &RobotIdentification, model: &Model) -> String {
-    let names: Vec<String> = robot.axes.iter().map(|axis| format!("[robot.{}]", axis.axis)).collect();
-    let stated_ms = 1e3 * (model.timing.command_delay_s + model.timing.measurement_delay_s);
-    format!(
-        "{}: {} written; where used, they replace the {stated_ms} ms of [timing] and do not add to them\n",
-        path.display(),
-        names.join(", ")
-    )
+    let mut said = format!("{}: {} written\n", path.display(), places(robot, true));
+    if !robot.axes.iter().any(|axis| axis.is_decided && axis.axis == "z") {
+        return said + "no command that runs the loop uses these axes: it runs along z\n";
+    }
+    let stated_ms = number(1e3 * (model.timing.command_delay_s + model.timing.measurement_delay_s));
+    said += &match model.clone().with_identified_robot() {
+        Ok(_) => format!(
+            "compare, diagnose, ladder, replay, run and stability use [robot.z] in place of the {stated_ms} ms of [timing], not beside \
+             them\n"
+        ),
+        Err(error) => format!(
+            "compare, diagnose, ladder, replay, run and stability refuse a model with this [robot.z]: it {}; {}\n",
+            error.what,
+            error.help.unwrap_or_default()
+        ),
+    };
+    said
+}
+
+/// What was not written, and why.
+fn left_out(path: &Path, robot: &RobotIdentification) -> String {
+    let open = places(robot, false);
+    if open.is_empty() { open } else { format!("{}: {open} not written: not decided\n", path.display()) }
 }
 
 /// Where the numbers come from, short enough for a line of the model.

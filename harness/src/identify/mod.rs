@@ -13,7 +13,7 @@ mod steps;
 mod words;
 
 pub use axes::AxisSignal;
-pub use robot::{AxisIdentification, Excited, RobotIdentification, identify_robot};
+pub use robot::{AxisIdentification, Excited, RobotIdentification, gradings, identify_robot};
 pub use section::write_robot;
 pub use steps::{Coupling, Stepped};
 pub use words::text;

@@ -4,10 +4,10 @@ use super::axes::{AxisSignal, axes};
 use super::steps::{Stepped, steps};
 use crate::error::Error;
 use crate::model::ROBOT_AXES;
-use crate::recording::Session;
+use crate::recording::{Grade, Session};
 use serde::Serialize;
 use sim_core::identification::excitation::Sampled;
-use sim_core::identification::form::{DECISIVE, DEVIATIONS_MIN};
+use sim_core::identification::form::DEVIATIONS_MIN;
 use sim_core::identification::{Choice, Form, Lag, Line, Spectrum, Way, spectrum};
 
 /// A command that changes in more than this part of its samples is an excitation, and no sequence of steps.
@@ -17,11 +17,17 @@ const SETTLE_S: f64 = 0.5;
 /// An excitation shorter than this shows too few periods. Chosen.
 const EXCITATION_MIN_S: f64 = 2.0;
 
+/// What shows a robot.
+pub(super) const RECORD_INSTEAD: &str = "record steps of one axis at a time, each held for half a second and 20 times larger than \
+                                         the noise, or free flight under a multi-sine of two seconds or more";
+
 /// A robot.
 #[derive(Debug, Clone, Serialize)]
 pub struct RobotIdentification {
     /// Every axis that moved.
     pub axes: Vec<AxisIdentification>,
+    /// What is to be known of the recordings: each one that is not whole.
+    pub findings: Vec<String>,
 }
 
 /// One axis.
@@ -29,18 +35,20 @@ pub struct RobotIdentification {
 pub struct AxisIdentification {
     /// Its name, as in the model.
     pub axis: &'static str,
-    /// The form that the data chose.
+    /// The form that fits best.
     pub form: &'static str,
-    /// Whether the other forms are out of the question.
+    /// Whether its numbers are determined and the other forms are out of the question; only then it is claimed, and written.
     pub is_decided: bool,
+    /// Whether its numbers are determined: each known to 25 %, or a dead time to a millisecond. Only then they stand here.
+    pub is_determined: bool,
     /// Natural frequency and its standard deviation.
     pub natural_frequency_hz: Option<[f64; 2]>,
     /// Damping ratio and its standard deviation.
     pub damping_ratio: Option<[f64; 2]>,
     /// Dead time and its standard deviation.
     pub dead_time_s: Option<[f64; 2]>,
-    /// Delay at low frequency of all of it.
-    pub equivalent_delay_s: f64,
+    /// Delay at low frequency of all of it, if the data determine it.
+    pub equivalent_delay_s: Option<f64>,
     /// Steps that it was learned from.
     pub steps: Vec<Stepped>,
     /// Excitations that it was learned from.
@@ -83,9 +91,7 @@ pub fn identify_robot(sessions: &[Session]) -> Result<RobotIdentification, Error
     let found: Vec<AxisIdentification> = of.filter_map(|((steps, excited), axis)| one(axis, steps, excited)).collect();
     if found.is_empty() {
         let what = "no axis makes a step that can be learned from, and none is excited";
-        let help = "record steps of one axis at a time, each held for half a second and 20 times larger than the noise, or free \
-                    flight under a multi-sine of two seconds or more";
-        let bare = Error::new(what).help(help);
+        let bare = Error::new(what).help(RECORD_INSTEAD);
         return Err(match sessions {
             [only] => bare.file(&only.file),
             _ => bare.place(format!("{} recordings", sessions.len())),
@@ -93,8 +99,14 @@ pub fn identify_robot(sessions: &[Session]) -> Result<RobotIdentification, Error
     }
     match found.iter().find(|axis| comes_early(axis.choice.way())) {
         Some(axis) => Err(early(axis)),
-        None => Ok(RobotIdentification { axes: found }),
+        None => Ok(RobotIdentification { axes: found, findings: gradings(sessions) }),
     }
+}
+
+/// Each recording that is not whole, with its grade.
+pub fn gradings(sessions: &[Session]) -> Vec<String> {
+    let worse = sessions.iter().filter(|session| session.grade != Grade::A);
+    worse.map(|one| format!("{}: grade {:?}, {}", one.file.display(), one.grade, one.grade.about())).collect()
 }
 
 /// Whether the pose comes before its command by more than the data leave open.
@@ -103,7 +115,7 @@ fn comes_early(way: &Way) -> bool {
 }
 
 fn early(axis: &AxisIdentification) -> Error {
-    let early_ms = -1e3 * axis.equivalent_delay_s;
+    let early_ms = -1e3 * axis.choice.way().equivalent_delay_s();
     Error::new(format!("{}: the pose comes {early_ms:.2} ms before its command", axis.axis))
         .place("clocks of command and pose")
         .help("date both by one clock: clock = \"log\" in the map given with --map, or clock_of for one of them")
@@ -142,18 +154,24 @@ fn one(axis: &'static str, steps: Vec<Stepped>, excited: Vec<(Excited, Choice)>)
     let forms = [Form::DeadTime, Form::Lag, Form::Both];
     let choice = Choice::of(forms.into_iter().filter_map(|form| together(form, &choices)).collect())?;
     let way = *choice.way();
-    let rivals = choice.ways.iter().filter(|other| other.form != way.form && other.form != Form::Both);
-    let is_decided = rivals.map(|other| other.criterion - way.criterion).all(|worse| worse > DECISIVE);
+    let (is_decided, is_determined) = (choice.is_decided(), way.is_determined());
+    let equivalent_delay_s = match choice.delay_of_either_s() {
+        Some((delay_s, _)) if !is_decided => Some(delay_s),
+        _ => is_determined.then(|| way.equivalent_delay_s()),
+    };
     // Below 0 within its scatter is 0.
-    let dead_time_s = (way.form != Form::Lag).then_some([way.dead_time_s.0.max(0.0), way.dead_time_s.1]);
+    let dead_time_s =
+        (is_determined && way.form != Form::Lag).then_some([way.dead_time_s.0.max(0.0), way.dead_time_s.1]);
+    let lag = way.lag.filter(|_| is_determined);
     Some(AxisIdentification {
         axis,
         form: super::section::form(way.form).id(),
         is_decided,
-        natural_frequency_hz: way.lag.map(|(lag, sd)| [lag.natural_frequency_hz, sd.natural_frequency_hz]),
-        damping_ratio: way.lag.map(|(lag, sd)| [lag.damping_ratio, sd.damping_ratio]),
+        is_determined,
+        natural_frequency_hz: lag.map(|(lag, sd)| [lag.natural_frequency_hz, sd.natural_frequency_hz]),
+        damping_ratio: lag.map(|(lag, sd)| [lag.damping_ratio, sd.damping_ratio]),
         dead_time_s,
-        equivalent_delay_s: way.equivalent_delay_s(),
+        equivalent_delay_s: equivalent_delay_s.map(|delay_s| delay_s.max(0.0)),
         steps,
         excitations: excited.into_iter().map(|(excited, _)| excited).collect(),
         choice,
@@ -193,6 +211,10 @@ fn weighed(values: &[(f64, f64)]) -> (f64, f64) {
     // A fit without any scatter would weigh infinitely.
     let weight = |sd: f64| 1.0 / (sd * sd).max(f64::MIN_POSITIVE);
     let sum: f64 = values.iter().map(|(_, sd)| weight(*sd)).sum();
+    if sum <= 0.0 {
+        // Nobody knows anything.
+        return values.first().copied().unwrap_or((0.0, f64::INFINITY));
+    }
     let mean = values.iter().map(|(value, sd)| value * weight(*sd)).sum::<f64>() / sum;
     let count = values.len() as f64;
     let seen = values.iter().map(|(value, _)| (value - mean) * (value - mean)).sum::<f64>();

@@ -24,10 +24,10 @@ pub(super) fn form(form: Form) -> RobotForm {
     }
 }
 
-/// Puts every identified axis into a model; other axes stay.
+/// Puts every axis that is decided into a model; other axes stay.
 pub fn write_robot(editor: &mut Editor, robot: &RobotIdentification, source: &str) {
     editor.set_table(&["robot"], &[("source", source.into())]);
-    for axis in &robot.axes {
+    for axis in robot.axes.iter().filter(|axis| axis.is_decided) {
         write_axis(editor, axis);
     }
 }

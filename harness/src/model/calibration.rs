@@ -2,7 +2,9 @@
 //!
 //! `dockhil calibrate ft` writes it, together with `sensor.tool_mass_kg` and `sensor.bias_n`, which the loop along one axis uses.
 
-use super::Sign;
+use super::{SensorModel, Sign};
+use crate::recording::AxisName;
+use crate::report::story::words::number;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -39,6 +41,9 @@ pub struct CalibrationModel {
     /// One standard deviation of the misalignment.
     #[serde(default)]
     pub misalignment_sd_rad: [f64; 3],
+    /// Axis of the sensor along which the loop runs: that of `sensor.bias_n`.
+    #[serde(default = "along_z", skip_serializing_if = "is_z")]
+    pub travel: AxisName,
     /// What a load reads too much: rows are readings, columns loads; forces in N, torques in N m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub crosstalk: Option<[[f64; 6]; 6]>,
@@ -59,7 +64,44 @@ pub struct TemperatureModel {
     pub bias_torque_n_m_per_k: [f64; 3],
 }
 
+/// Numbers that agree to this part are the same, rounded to the four digits that people type.
+const ROUNDING: f64 = 5e-4;
+
+fn along_z() -> AxisName {
+    AxisName::Z
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks with a reference")]
+fn is_z(axis: &AxisName) -> bool {
+    *axis == AxisName::Z
+}
+
 impl CalibrationModel {
+    /// Bias along the axis on which the loop runs.
+    fn bias_n(&self) -> f64 {
+        let [x, y, z] = self.bias_force_n;
+        match self.travel {
+            AxisName::X => x,
+            AxisName::Y => y,
+            AxisName::Z => z,
+        }
+    }
+
+    /// The first number that the sensor states otherwise: place, what is wrong, what to do.
+    pub(super) fn contradiction(&self, sensor: &SensorModel) -> Option<(&'static str, String, &'static str)> {
+        let pairs = [
+            ("sensor.tool_mass_kg", "tool_mass_kg", "kg", sensor.tool_mass_kg, self.tool_mass_kg),
+            ("sensor.bias_n", "bias_force_n along the travel", "N", sensor.bias_n, self.bias_n()),
+        ];
+        pairs.into_iter().find_map(|(place, key, unit, own, calibrated)| {
+            let differs = (own - calibrated).abs() > ROUNDING * own.abs().max(calibrated.abs());
+            let (own, calibrated) = (number(own), number(calibrated));
+            let what = format!("{place} = {own} {unit} contradicts sensor.calibration, whose {key} is {calibrated} {unit}");
+            let help = "they are the same number twice: give both the value that holds, or calibrate anew with dockhil calibrate ft";
+            differs.then_some((place, what, help))
+        })
+    }
+
     /// Every number, with the key under which it stands and the sign that it may have.
     pub(super) fn numbers(&self) -> Vec<(&'static str, f64, Sign)> {
         let mut numbers = vec![

@@ -121,6 +121,11 @@ impl Model {
         if let Some((key, what, help)) = self.robot.as_ref().and_then(RobotModel::contradiction) {
             return Err(Error::new(what).file(name).span(text, place::of_key(text, key)).help(help));
         }
+        if let Some((key, what, help)) =
+            self.sensor.calibration.as_ref().and_then(|own| own.contradiction(&self.sensor))
+        {
+            return Err(Error::new(what).file(name).span(text, place::of_key(text, key)).help(help));
+        }
         if let Err(fault) = self.timing.check(self.rig == RigKind::Docking) {
             return refuse(fault.key, fault.value, &fault.limit, fault.help);
         }

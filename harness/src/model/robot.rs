@@ -5,6 +5,7 @@
 
 use super::{EffectModel, Model, RigKind, Sign};
 use crate::error::Error;
+use crate::report::story::words::number;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -148,11 +149,18 @@ impl Model {
         let timing = &mut self.timing;
         let command_s = axis.dead_time_s.unwrap_or(0.0) - timing.measurement_delay_s;
         if command_s < timing.loop_period_s {
+            let (readback_s, period_s) = (timing.measurement_delay_s, timing.loop_period_s);
+            let needs = format!("after {readback_s} s of read-back, less than one loop period, {period_s} s");
+            if axis.form == RobotForm::Lag {
+                let help = "the robot draws a straight line to a command that it must know; take the table out to use the delays of \
+                            timing, or state the dead time that is known and the rest as the effect robot-second-order";
+                return refuse(
+                    format!("is a lag without dead time, which leaves nothing for the command {needs}"),
+                    help,
+                );
+            }
             return refuse(
-                format!(
-                    "leaves {command_s} s for the command after {} s of read-back, less than one loop period, {} s",
-                    timing.measurement_delay_s, timing.loop_period_s
-                ),
+                format!("leaves {} s for the command {needs}", number(command_s)),
                 "the robot draws a straight line to a command that it must know; take the table out to use the delays of timing",
             );
         }

@@ -9,6 +9,16 @@ pub const DECISIVE: f64 = 10.0;
 /// How many standard deviations a dead time beside a lag must have.
 pub const DEVIATIONS_MIN: f64 = 4.0;
 
+/// A dead time is determined, however short, when its standard deviation is at most this. Chosen: a quarter of a period of a loop at
+/// 250 Hz.
+pub const DEAD_DEVIATION_MAX_S: f64 = 1e-3;
+
+/// Whether a positive number is determined: its distance from 0 is [`DEVIATIONS_MIN`] standard deviations, so that it is known to
+/// 25 %. A standard deviation without end is none that determines.
+fn is_known((value, deviation): (f64, f64)) -> bool {
+    value.is_finite() && value >= DEVIATIONS_MIN * deviation
+}
+
 /// A lag of second order.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lag {
@@ -54,6 +64,18 @@ pub struct Way {
 }
 
 impl Way {
+    /// Whether the data determine the numbers of this form, and those are physical: nothing comes before its command.
+    pub fn is_determined(&self) -> bool {
+        let lag = self.lag.is_none_or(|(lag, deviation)| {
+            is_known((lag.natural_frequency_hz, deviation.natural_frequency_hz))
+                && is_known((lag.damping_ratio, deviation.damping_ratio))
+        });
+        let (dead_s, deviation_s) = self.dead_time_s;
+        // Below 0 within its scatter is 0.
+        let is_physical = dead_s >= -DEVIATIONS_MIN * deviation_s;
+        lag && is_physical && (is_known(self.dead_time_s) || deviation_s <= DEAD_DEVIATION_MAX_S)
+    }
+
     /// Delay at low frequency, of lag and dead time together.
     pub fn equivalent_delay_s(&self) -> f64 {
         self.dead_time_s.0 + self.lag.map_or(0.0, |(lag, _)| lag.delay_s())
@@ -92,8 +114,64 @@ impl Choice {
         Some(Choice { ways, chosen })
     }
 
+    /// Whether the numbers of the chosen way are determined and the other simple form, fitted too, is out of the question.
+    pub fn is_decided(&self) -> bool {
+        let way = self.way();
+        let is_rival = |other: &&Way| other.form != way.form && other.form != Form::Both;
+        let mut rivals = self.ways.iter().filter(is_rival).peekable();
+        // What could not be fitted was not refused by the data.
+        let is_alone = rivals.peek().is_some() && rivals.all(|other| other.criterion - way.criterion > DECISIVE);
+        is_alone && way.is_determined()
+    }
+
+    /// Delay at low frequency and its standard deviation, where the form is open: slow motion shows the sum of dead time and lag, and
+    /// a dead time alone stands for it. `None` if the data do not determine it, or refuse a dead time.
+    pub fn delay_of_either_s(&self) -> Option<(f64, f64)> {
+        let dead = self.ways.iter().find(|way| way.form == Form::DeadTime)?;
+        let is_near = dead.criterion - self.way().criterion <= DECISIVE;
+        (is_near && dead.is_determined()).then_some(dead.dead_time_s)
+    }
+
     /// The chosen way.
     pub fn way(&self) -> &Way {
         &self.ways[self.chosen]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lag(sd_hz: f64, sd_damping: f64, dead_time_s: (f64, f64)) -> Way {
+        let own = Lag { natural_frequency_hz: 8.0, damping_ratio: 0.4 };
+        let deviation = Lag { natural_frequency_hz: sd_hz, damping_ratio: sd_damping };
+        let form = if dead_time_s.1 > 0.0 { Form::Both } else { Form::Lag };
+        Way { form, lag: Some((own, deviation)), dead_time_s, gain: 1.0, residual_rms: 1e-5, criterion: 0.0 }
+    }
+
+    fn dead(dead_time_s: (f64, f64), criterion: f64) -> Way {
+        Way { form: Form::DeadTime, lag: None, dead_time_s, gain: 1.0, residual_rms: 1e-5, criterion }
+    }
+
+    #[test]
+    fn a_number_within_four_of_its_deviations_of_zero_is_not_determined() {
+        assert!(lag(2.0, 0.1, (0.0, 0.0)).is_determined());
+        assert!(!lag(2.01, 0.1, (0.0, 0.0)).is_determined() && !lag(2.0, 0.11, (0.0, 0.0)).is_determined());
+        assert!(!lag(f64::INFINITY, 0.1, (0.0, 0.0)).is_determined());
+        assert!(!lag(0.1, 0.01, (-5.29e-3, 1.2e-3)).is_determined(), "before its command");
+        assert!(dead((0.0, 1e-4), 0.0).is_determined() && dead((0.03, 5e-3), 0.0).is_determined());
+        assert!(!dead((0.03, 0.02), 0.0).is_determined() && !dead((0.15, f64::INFINITY), 0.0).is_determined());
+    }
+
+    #[test]
+    fn a_form_without_a_rival_that_the_data_refuse_is_not_decided() {
+        let own = lag(0.1, 0.01, (0.0, 0.0));
+        let decided = |ways: &[Way]| Choice::of(ways.to_vec()).unwrap().is_decided();
+        assert!(decided(&[own, dead((0.03, 1e-4), 50.0)]));
+        assert!(!decided(&[own]) && !decided(&[own, dead((0.03, 1e-4), 5.0)]));
+        let open = Choice::of(alloc::vec![own, dead((0.03, 1e-4), 5.0)]).unwrap();
+        assert_eq!(open.delay_of_either_s(), Some((0.03, 1e-4)));
+        let refused = Choice::of(alloc::vec![own, dead((0.03, 1e-4), 50.0)]).unwrap();
+        assert_eq!(refused.delay_of_either_s(), None);
     }
 }

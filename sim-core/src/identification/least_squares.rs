@@ -25,7 +25,8 @@ pub struct Solution {
 
 /// Minimises the sum of squared residuals, from a start; `scales` are sizes at which each number matters.
 ///
-/// `None` if the residuals are not finite at the start, or a number does not matter.
+/// `None` if the residuals are not finite at the start. Where a number does not matter, or only together with another one, nothing
+/// is known of any: the deviations are infinite.
 pub fn minimise(residuals: &dyn Fn(&[f64]) -> Vec<f64>, start: &[f64], scales: &[f64]) -> Option<Solution> {
     let mut values = start.to_vec();
     let mut left = DVector::from_vec(residuals(&values));
@@ -41,7 +42,8 @@ pub fn minimise(residuals: &dyn Fn(&[f64]) -> Vec<f64>, start: &[f64], scales: &
         for nth in 0..values.len() {
             damped[(nth, nth)] += damping * normal[(nth, nth)];
         }
-        let step = damped.cholesky()?.solve(&right);
+        let Some(solved) = damped.cholesky() else { break };
+        let step = solved.solve(&right);
         let trial: Vec<f64> = values.iter().zip(step.iter()).map(|(value, part)| value - part).collect();
         let trial_left = DVector::from_vec(residuals(&trial));
         let trial_squares = trial_left.norm_squared();
@@ -61,8 +63,10 @@ pub fn minimise(residuals: &dyn Fn(&[f64]) -> Vec<f64>, start: &[f64], scales: &
         }
     }
     let free = left.len().saturating_sub(values.len()).max(1) as f64;
-    let inverse = (rows.transpose() * &rows).cholesky()?.inverse();
-    let deviations = inverse.diagonal().iter().map(|part| libm::sqrt(part * squares / free)).collect();
+    let deviations = match (rows.transpose() * &rows).cholesky() {
+        Some(solved) => solved.inverse().diagonal().iter().map(|part| libm::sqrt(part * squares / free)).collect(),
+        None => alloc::vec![f64::INFINITY; values.len()],
+    };
     Some(Solution { values, deviations, squares })
 }
 
@@ -91,6 +95,7 @@ mod tests {
         let found = minimise(&residuals, &[-1.2, 1.0], &[1.0, 1.0]).unwrap();
         assert!(found.squares < 1e-20 && (found.values[1] - 1.0).abs() < 1e-9, "{found:?}");
         assert_eq!(minimise(&|_: &[f64]| alloc::vec![f64::NAN], &[0.0], &[1.0]), None);
-        assert_eq!(minimise(&|_: &[f64]| alloc::vec![1.0, 2.0], &[0.0], &[1.0]), None, "a number that does not matter");
+        let idle = minimise(&|_: &[f64]| alloc::vec![1.0, 2.0], &[0.0], &[1.0]).unwrap();
+        assert_eq!(idle.deviations, [f64::INFINITY], "a number that does not matter");
     }
 }

@@ -56,16 +56,17 @@ pub struct Classical {
 
 /// Part of the record, at its end, that shows the final value.
 const TAIL: f64 = 0.2;
-/// A lobe counts when its peak is this many standard deviations of the tail.
+/// A lobe counts when its peak is this many standard deviations of the noise in the tail.
 const LOBE_SIGMAS: f64 = 5.0;
+/// A tail that passes its mean as often as this rings, or is noise: a period and a half.
+const PASSAGES_MIN: usize = 3;
 
 /// Reads a step response; `None` without an overshoot that stands above the noise.
 pub fn classical(test: &StepTest) -> Option<Classical> {
     let from = test.time_s.iter().position(|time| *time >= test.end_s())?;
     let (times, poses) = (&test.time_s[from..], &test.pose[from..]);
     let tail = &poses[poses.len() - libm::ceil(poses.len() as f64 * TAIL) as usize..];
-    let last = tail.iter().sum::<f64>() / tail.len() as f64;
-    let scatter = libm::sqrt(tail.iter().map(|pose| (pose - last) * (pose - last)).sum::<f64>() / tail.len() as f64);
+    let (last, scatter) = settled(tail);
     let size = test.size();
     // Above 0 is beyond the final value, in the sense of the step.
     let over: Vec<f64> = poses.iter().map(|pose| (pose - last) / size).collect();
@@ -92,6 +93,26 @@ pub fn classical(test: &StepTest) -> Option<Classical> {
         period_s,
         natural_frequency_hz,
     })
+}
+
+/// Final value and noise, from the end of a record.
+///
+/// A barely damped axis still rings there: under a Hann window whole and broken periods count little in the mean, and the second
+/// differences, of which white noise has `6 σ²`, hold next to nothing of the ringing. They tell the noise only where the tail
+/// passes its mean often enough to ring; a tail that drifts keeps its whole scatter.
+fn settled(tail: &[f64]) -> (f64, f64) {
+    let count = tail.len() as f64;
+    let weight = |nth: usize| 1.0 - libm::cos(2.0 * core::f64::consts::PI * (nth as f64 + 0.5) / count);
+    // The weights of the window sum to the count.
+    let last = tail.iter().enumerate().map(|(nth, pose)| weight(nth) * pose).sum::<f64>() / count;
+    let scatter = libm::sqrt(tail.iter().map(|pose| (pose - last) * (pose - last)).sum::<f64>() / count);
+    let passages = tail.windows(2).filter(|pair| (pair[0] - last) * (pair[1] - last) < 0.0).count();
+    if passages < PASSAGES_MIN {
+        return (last, scatter);
+    }
+    let bend = |of: &[f64]| of[0] - 2.0 * of[1] + of[2];
+    let bends = tail.windows(3).map(|of| bend(of) * bend(of)).sum::<f64>();
+    (last, scatter.min(libm::sqrt(bends / (6.0 * (count - 2.0)))))
 }
 
 /// Between two passages of the final value.
