@@ -309,8 +309,19 @@ fn wrong_models_with_six_axes_are_refused_at_their_place() {
     }
     let shell = Shell::new();
     assert_eq!(shell.run(&["run", "olev", "-o", "DIR/a.mcap"]).exit, 0);
-    let ran = shell.run(&["replay", "DIR/a.mcap"]);
-    assert!(ran.exit == 2 && ran.err.contains("was run with six axes"), "{}", ran.err);
+    shell.write("m.toml", fixtures::SCENARIO_MODELS.iter().find(|file| file.name == "models/planar.toml").unwrap().text);
+    for line in [
+        "replay DIR/a.mcap",
+        "replay DIR/a.mcap --model DIR/m.toml",
+        "model init DIR/a.mcap -o DIR/n.toml",
+        "compare --model DIR/m.toml DIR/a.mcap",
+        "compare --reference DIR/a.mcap DIR/a.mcap",
+        "diagnose --model DIR/m.toml --learn DIR/a.mcap --test DIR/a.mcap",
+    ] {
+        let ran = shell.run(&line.split(' ').collect::<Vec<_>>());
+        assert_eq!((ran.exit, ran.out.as_str()), (2, ""), "{line}: {}", ran.err);
+        assert!(ran.err.contains("was recorded with 6 axes") && ran.err.contains("dockhil run"), "{line}: {}", ran.err);
+    }
     assert_eq!(shell.run(&["run", "olev", "--extract", "DIR"]).exit, 0);
     let ran = shell.run(&["model", "check", "DIR/models/olev.toml"]);
     assert_eq!((ran.exit, ran.err.as_str()), (0, ""), "{}", ran.out);

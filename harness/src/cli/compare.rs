@@ -74,8 +74,8 @@ impl Arguments {
     fn against_measurement(&self, reference: &PathBuf, console: &mut Console<'_>) -> Result<Exit, Error> {
         let map = self.reference_map.as_ref().or(self.reading.map.as_ref()).cloned();
         let reading = Reading { map, ..self.reading.clone() };
-        let mut all = reading.sessions(std::slice::from_ref(reference), console)?;
-        all.extend(self.reading.sessions(&self.recordings, console)?);
+        let mut all = reading.sessions_along(std::slice::from_ref(reference), console)?;
+        all.extend(self.reading.sessions_along(&self.recordings, console)?);
         let used: Vec<&Session> = all.iter().collect();
         inputs::each_once(&used)?;
         let answer = compare_measurements(&all[0], &all[1..], &self.limits)?;
@@ -90,7 +90,7 @@ impl Arguments {
             return Err(Error::new(what).place("--samples").help("give at least 2; 40 make the usual bands"));
         }
         let model = inputs::running_model(path, catalog)?;
-        let sessions = self.reading.sessions(&self.recordings, console)?;
+        let sessions = self.reading.sessions_along(&self.recordings, console)?;
         inputs::each_once(&sessions.iter().collect::<Vec<_>>())?;
         let progress = console.progress();
         progress.say("comparing: software block, blocks with clamped inputs, free runs");

@@ -52,9 +52,9 @@ impl Arguments {
             inputs::writable_new(path, self.force)?;
         }
         let model = inputs::running_model(&self.model, catalog)?;
-        let learn = self.reading.sessions(&self.learn, console)?;
-        let aux = self.reading.sessions(&self.aux, console)?;
-        let test = self.reading.sessions(&self.test, console)?;
+        let learn = self.reading.sessions_along(&self.learn, console)?;
+        let aux = self.reading.sessions_along(&self.aux, console)?;
+        let test = self.reading.sessions_along(&self.test, console)?;
         inputs::each_once(&learn.iter().chain(&aux).collect::<Vec<_>>())?;
         let progress = console.progress();
         let outcome = diagnose(&Request {

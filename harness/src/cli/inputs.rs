@@ -49,6 +49,13 @@ impl Reading {
         let results: Vec<Result<Session, Error>> = paths.par_iter().map(read_one).collect();
         results.into_iter().collect()
     }
+
+    /// The same for a command that works along one axis.
+    pub fn sessions_along(&self, paths: &[PathBuf], console: &Console<'_>) -> Result<Vec<Session>, Error> {
+        let sessions = self.sessions(paths, console)?;
+        sessions.iter().try_for_each(Session::along_one_axis)?;
+        Ok(sessions)
+    }
 }
 
 /// Where results go besides standard output.

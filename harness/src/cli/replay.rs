@@ -6,7 +6,7 @@ use super::outcome::Exit;
 use super::run::{did_nothing, exit};
 use crate::error::Error;
 use crate::files::{sha256_hex, write_whole};
-use crate::model::{Chosen, EffectText, Model, SpaceModel};
+use crate::model::{Chosen, EffectText, Model};
 use crate::recording::{Kind, Session, luggage};
 use crate::replay::{Clamp, Own, Replayed, Request, page, replay};
 use crate::report::{TEXT_WIDTH, html, text};
@@ -137,18 +137,13 @@ impl Arguments {
     }
 
     fn read(&self, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Read, Error> {
-        let mut sessions = self.reading.sessions(std::slice::from_ref(&self.recording), console)?;
+        let mut sessions = self.reading.sessions_along(std::slice::from_ref(&self.recording), console)?;
         let session = sessions.pop().ok_or_else(|| Error::new("no recording was read").file(&self.recording))?;
         let bytes = std::fs::read(&self.recording)
             .map_err(|error| Error::new(format!("cannot be read: {error}")).file(&self.recording))?;
         let is_mcap = bytes.starts_with(mcap::MAGIC);
         let found = if is_mcap { luggage(&bytes).ok() } else { None };
         let own = found.map(|luggage| Own::find(&self.recording, &luggage)).transpose()?.flatten();
-        if own.as_ref().is_some_and(|own| SpaceModel::is_meant(&own.source.model_text)) {
-            return Err(Error::new("was run with six axes, and a replay has one")
-                .file(&self.recording)
-                .help("run its scenario again with the fault in it: [[effect]]"));
-        }
         let (model, model_named, model_sha256) = self.model(own.as_ref(), catalog)?;
         let injected = self.faults.iter().map(|text| fault(text, &model, catalog)).collect::<Result<Vec<_>, _>>()?;
         let scenario = own.as_ref().map(|own| own.source.parse(catalog)).transpose()?.map(|(scenario, _)| scenario);
