@@ -232,6 +232,10 @@ fn wrong_replays_are_refused_with_place_and_help() {
         (&["--with", "force-bais:force_n=0.3"][..], &["argument \"force-bais", "did you mean force-bias?"][..]),
         (&["--with", "force-bias"], &["effect force-bias lacks its parameter force_n", "a number in N"]),
         (&["--with", "command-delay:delay_s=16"], &["delay_s = 16 s is outside"]),
+        (
+            &["--with", "command-delay:delay_s=-0.05"],
+            &["--with command-delay:", "is -0.034000 s, below one loop period"],
+        ),
         (&["--with", "force-bias:force=3"], &["effect force-bias has no parameter force"]),
         (&["--with", "force-bias:force_n=1", "--with", "force-bias:force_n=2"], &["force-bias is put in twice"]),
         (&["--clamp", "sensed", "--with", "force-bias:force_n=0.3"], &["acts on the wire sensed", "--clamp sensed"]),

@@ -309,7 +309,8 @@ fn wrong_models_with_six_axes_are_refused_at_their_place() {
     }
     let shell = Shell::new();
     assert_eq!(shell.run(&["run", "olev", "-o", "DIR/a.mcap"]).exit, 0);
-    shell.write("m.toml", fixtures::SCENARIO_MODELS.iter().find(|file| file.name == "models/planar.toml").unwrap().text);
+    shell
+        .write("m.toml", fixtures::SCENARIO_MODELS.iter().find(|file| file.name == "models/planar.toml").unwrap().text);
     for line in [
         "replay DIR/a.mcap",
         "replay DIR/a.mcap --model DIR/m.toml",
@@ -371,6 +372,16 @@ fn wrong_scenarios_are_refused_with_file_place_value_and_limit() {
             "[[criterion]]",
             "[[effect]]\nid = \"command-delay\"\ndelay_s = 16\n[[criterion]]",
             &["command-delay.delay_s = 16 s is outside"],
+        ),
+        (
+            "[[criterion]]",
+            "[[effect]]\nid = \"command-delay\"\ndelay_s = -0.0125\n[[criterion]]",
+            &["line 17", "command-delay is 0.003500 s, below one loop period, 0.004 s"],
+        ),
+        (
+            "[[criterion]]",
+            "[[effect]]\nid = \"measurement-delay\"\ndelay_s = -0.0165\n[[criterion]]",
+            &["measurement-delay is -0.000500 s, below 0"],
         ),
         (
             "[[criterion]]",

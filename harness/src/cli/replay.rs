@@ -6,7 +6,7 @@ use super::outcome::Exit;
 use super::run::{did_nothing, exit};
 use crate::error::Error;
 use crate::files::{sha256_hex, write_whole};
-use crate::model::{Chosen, EffectText, Model};
+use crate::model::{Chosen, DELAY_HELP, EffectText, Model, check_delays, delays};
 use crate::recording::{Kind, Session, luggage};
 use crate::replay::{Clamp, Own, Replayed, Request, page, replay};
 use crate::report::{TEXT_WIDTH, html, text};
@@ -146,6 +146,7 @@ impl Arguments {
         let own = found.map(|luggage| Own::find(&self.recording, &luggage)).transpose()?.flatten();
         let (model, model_named, model_sha256) = self.model(own.as_ref(), catalog)?;
         let injected = self.faults.iter().map(|text| fault(text, &model, catalog)).collect::<Result<Vec<_>, _>>()?;
+        self.check_delays(&model, &injected)?;
         let scenario = own.as_ref().map(|own| own.source.parse(catalog)).transpose()?.map(|(scenario, _)| scenario);
         // Who brings a model of his own asks what that model says; the recording's faults are then part of what is asked about.
         let scheduled = scenario.as_ref().filter(|_| self.model.is_none() && self.clamp == Clamp::Nothing);
@@ -185,6 +186,17 @@ impl Arguments {
             injected,
             leaves_faults_out,
             criteria,
+        })
+    }
+
+    /// Refuses delays that no loop can have. The same effect is never in two lists, so that what is asked for is looked at alone.
+    fn check_delays(&self, model: &Model, injected: &[Fault]) -> Result<(), Error> {
+        let asked =
+            injected.iter().filter_map(|fault| Some((fault.chosen.kind.id.as_ref(), *fault.chosen.values.first()?)));
+        check_delays(&model.timing, delays(model.effects.iter()).chain(asked)).map_err(|(id, what)| {
+            let given = self.faults.iter().find(|text| text.starts_with(id));
+            let place = given.map_or_else(|| "--with".to_owned(), |text| format!("--with {text}"));
+            Error::new(what).file(&self.recording).place(place).help(DELAY_HELP)
         })
     }
 

@@ -2,7 +2,9 @@
 
 use super::{Components, FaultModel, Scenario, library::Source};
 use crate::error::Error;
-use crate::model::{EffectModel, List, Model, RigKind, check_effects, place};
+use crate::model::{
+    DELAY_HELP, EffectModel, List, Model, RigKind, TimingModel, check_delays, check_effects, delays, place,
+};
 use sim_core::effect::Catalog;
 use sim_core::signals::Wire;
 use sim_core::space::Axis;
@@ -129,7 +131,7 @@ impl Scenario {
                 "leave it out, or name a model with rig = \"docking-space\"",
             );
         }
-        self.check_faults(source, &model.effects, catalog)
+        self.check_faults(source, &model.effects, &model.timing, catalog)
     }
 
     /// Whether the run is long enough for the loop.
@@ -148,6 +150,7 @@ impl Scenario {
         &self,
         source: &Source,
         own: &[EffectModel],
+        timing: &TimingModel,
         catalog: &Catalog<Axis>,
     ) -> Result<(), Error> {
         let (file, text) = (source.file.display().to_string(), source.text.as_str());
@@ -170,6 +173,11 @@ impl Scenario {
                 return refuse(at(Some("from_s")), what, "leave from_s and until_s out");
             }
         }
-        Ok(())
+        let all = own.iter().chain(faults);
+        let Err((id, what)) = check_delays(timing, delays(all)) else { return Ok(()) };
+        match self.faults.iter().position(|fault| fault.effect.id == id) {
+            Some(nth) => refuse(place::in_effect(text, nth, Some("delay_s")), what, DELAY_HELP),
+            None => Err(Error::new(what).file(&source.model_file).place(format!("[[effect]] {id}")).help(DELAY_HELP)),
+        }
     }
 }
