@@ -236,6 +236,10 @@ fn wrong_replays_are_refused_with_place_and_help() {
             &["--with", "command-delay:delay_s=-0.05"],
             &["--with command-delay:", "is -0.034000 s, below one loop period"],
         ),
+        (
+            &["--with", "clock-offset:offset_s=0.01"],
+            &["clock-offset acts on the recorder, whose stamps a replay does not"],
+        ),
         (&["--with", "force-bias:force=3"], &["effect force-bias has no parameter force"]),
         (&["--with", "force-bias:force_n=1", "--with", "force-bias:force_n=2"], &["force-bias is put in twice"]),
         (&["--clamp", "sensed", "--with", "force-bias:force_n=0.3"], &["acts on the wire sensed", "--clamp sensed"]),
