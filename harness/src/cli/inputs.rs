@@ -58,6 +58,11 @@ impl Reading {
     }
 }
 
+/// A seed as it is typed.
+pub fn seed(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| format!("a seed is a whole number from 0 to {}", u64::MAX))
+}
+
 /// Where results go besides standard output.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Output")]

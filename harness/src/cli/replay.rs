@@ -37,7 +37,7 @@ pub struct Arguments {
     #[arg(long, value_name = "SCENARIO.toml")]
     criteria: Option<PathBuf>,
     /// Draw the sensor's noise from this seed; without it there is none. Not for recordings of `dockhil run`.
-    #[arg(long, value_name = "SEED")]
+    #[arg(long, value_name = "SEED", allow_negative_numbers = true, value_parser = inputs::seed)]
     seed: Option<u64>,
     /// Save the recording with what the model made in it; all other messages keep their bytes.
     #[arg(short, long, value_name = "OUT.mcap")]
