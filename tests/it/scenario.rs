@@ -415,7 +415,14 @@ fn names_and_files_that_are_not_there_are_refused() {
     assert!(ran.exit == 2 && ran.err.contains("exists already"), "{}", ran.err);
     assert_eq!(shell.read("a.mcap"), "somebody's work");
     let ran = shell.run(&["run", "planar", "-o", "DIR/b.mcap", "--json", "DIR/b.mcap"]);
-    assert!(ran.exit == 2 && ran.err.contains("overwritten"), "{}", ran.err);
+    assert!(ran.exit == 2 && ran.err.contains("named for two results"), "{}", ran.err);
+    let ran = shell.run(&["run", "planar", "-o", "-"]);
+    assert!(ran.exit == 2 && ran.err.contains("-: stands for standard output"), "{}", ran.err);
+    for (option, file) in [("-o", "DIR/b.mcap"), ("--json", "DIR/b.json"), ("--report", "DIR/b.html")] {
+        let ran = shell.run(&["run", "planar", "--extract", "DIR", option, file]);
+        assert!(ran.exit == 2 && ran.err.contains("cannot be used with"), "{option}: {}", ran.err);
+    }
+    assert_eq!(shell.names(), ["a.mcap"], "nothing is written");
     assert_eq!(shell.run(&["run"]).exit, 2);
 }
 

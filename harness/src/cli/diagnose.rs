@@ -48,7 +48,8 @@ impl Arguments {
         self.outputs.check(read.clone().chain([&self.model]))?;
         if let Some(path) = &self.write_model {
             // The model itself may be written over, with --force.
-            inputs::not_read(path, read.chain(&self.outputs.json).chain(&self.outputs.report))?;
+            inputs::not_read(path, read)?;
+            self.outputs.written_once(path)?;
             inputs::writable_new(path, self.force)?;
         }
         let model = inputs::running_model(&self.model, catalog)?;

@@ -82,19 +82,30 @@ impl Outputs {
             self.json.iter().chain(&self.report).filter(|path| *path != Path::new("-")).collect();
         files.iter().try_for_each(|path| writable(path))?;
         files.iter().try_for_each(|path| not_read(path, read.clone()))?;
-        if let (Some(json), Some(report)) = (&self.json, &self.report)
-            && same_file(json, report)
-        {
-            let what = "is named for two results, and the second would replace the first";
-            return Err(Error::new(what).file(report).help("name another file after --report"));
+        match (&self.json, &self.report) {
+            (Some(json), Some(report)) if same_file(json, report) => Err(named_twice(report)),
+            _ => Ok(()),
         }
-        Ok(())
+    }
+
+    /// Refuses a result that another result of the same command would replace.
+    pub fn written_once(&self, written: &Path) -> Result<(), Error> {
+        match self.json.iter().chain(&self.report).find(|path| same_file(path, written)) {
+            Some(path) => Err(named_twice(path)),
+            None => Ok(()),
+        }
     }
 
     /// Whether standard output is for the JSON, and not for the text.
     pub fn json_only(&self) -> bool {
         self.json.as_deref() == Some(Path::new("-"))
     }
+}
+
+fn named_twice(path: &Path) -> Error {
+    Error::new("is named for two results, and the second would replace the first")
+        .file(path)
+        .help("name another file for one of them")
 }
 
 /// A file that is going to be written: its folder exists, and it is no folder itself.
@@ -128,6 +139,10 @@ pub fn not_read<'p>(written: &Path, mut read: impl Iterator<Item = &'p PathBuf>)
 
 /// A file that is going to be written and may hold somebody's work: an old one is kept unless `force` is given.
 pub fn writable_new(path: &Path, force: bool) -> Result<(), Error> {
+    if path == Path::new("-") {
+        let help = "name a file; one of that name is ./-";
+        return Err(Error::new("stands for standard output, which takes text and --json alone").file(path).help(help));
+    }
     writable(path)?;
     if path.exists() && !force {
         let help = "name another file, or overwrite it with --force";

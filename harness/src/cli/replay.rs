@@ -130,7 +130,8 @@ impl Arguments {
         let read = || [&self.recording].into_iter().chain(&self.model).chain(&self.criteria).chain(&self.reading.map);
         self.outputs.check(read())?;
         if let Some(path) = &self.output {
-            inputs::not_read(path, read().chain(&self.outputs.json).chain(&self.outputs.report))?;
+            inputs::not_read(path, read())?;
+            self.outputs.written_once(path)?;
             inputs::writable_new(path, self.force)?;
         }
         Ok(())

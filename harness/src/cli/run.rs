@@ -33,7 +33,7 @@ pub struct Arguments {
     #[arg(long, conflicts_with_all = ["scenario", "list"])]
     schema: bool,
     /// Save the scenario and its model to a folder, to be changed there; nothing is run.
-    #[arg(long, value_name = "FOLDER", requires = "scenario")]
+    #[arg(long, value_name = "FOLDER", requires = "scenario", conflicts_with_all = ["output", "json", "report"])]
     extract: Option<PathBuf>,
     #[command(flatten)]
     outputs: Outputs,
@@ -83,8 +83,8 @@ impl Arguments {
         let read = if source.is_embedded { Vec::new() } else { vec![&source.file, &source.model_file] };
         self.outputs.check(read.iter().copied())?;
         if let Some(path) = &self.output {
-            let results = self.outputs.json.iter().chain(&self.outputs.report);
-            inputs::not_read(path, read.into_iter().chain(results))?;
+            inputs::not_read(path, read.into_iter())?;
+            self.outputs.written_once(path)?;
             inputs::writable_new(path, self.force)?;
         }
         Ok(())
