@@ -207,7 +207,7 @@ fn a_fault_that_never_acted_is_an_error_of_the_replay() {
     let args = ["replay", &impact, "--model", "DIR/m.toml", "--with", fault, "-o", "DIR/o.mcap"];
     let ran = shell.run(&args);
     assert_eq!((ran.exit, ran.out.as_str()), (6, ""), "{}", ran.err);
-    assert!(ran.err.contains("the fault end-stop did nothing"), "{}", ran.err);
+    assert!(ran.err.contains("learn_03.mcap: --with: the fault end-stop did nothing"), "{}", ran.err);
     assert_eq!(shell.names(), before, "nothing is written");
 }
 

@@ -97,7 +97,7 @@ impl Arguments {
         };
         let replayed = replay(&request)?;
         if !replayed.idle.is_empty() {
-            console.error(&did_nothing(&replayed.idle).file(&self.recording).place("--with"));
+            console.error(&did_nothing(&replayed.idle, "--with").file(&self.recording));
             return Ok(Exit::Idle);
         }
         let known = judge::known(&read.model, replayed.case.mass_kg);

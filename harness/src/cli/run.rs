@@ -54,7 +54,7 @@ impl Arguments {
         self.check(&source)?;
         let ran = run::run(&source, catalog)?;
         if !ran.idle.is_empty() {
-            console.error(&did_nothing(&ran.idle).file(&source.file));
+            console.error(&did_nothing(&ran.idle, "[[effect]]").file(&source.file));
             return Ok(Exit::Idle);
         }
         let bytes = ran.mcap(&source)?;
@@ -121,15 +121,15 @@ fn list(console: &mut Console<'_>) -> Result<Exit, Error> {
     Ok(Exit::Pass)
 }
 
-/// The error of a fault that changed nothing.
-pub(super) fn did_nothing(idle: &[String]) -> Error {
+/// The error of a fault that changed nothing; `place` is where it was asked for.
+pub(super) fn did_nothing(idle: &[String], place: &str) -> Error {
     let names = idle.join(", ");
     let what = match idle {
         [_] => format!("the fault {names} did nothing: without it the log would be the same to the last bit"),
         _ => format!("the faults {names} did nothing: without each of them the log would be the same to the last bit"),
     };
     Error::new(what)
-        .place("[[effect]]")
+        .place(place)
         .help("let it act on what happens in the run: another size, another time, or take it out")
 }
 
