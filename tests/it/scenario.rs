@@ -350,6 +350,11 @@ fn wrong_scenarios_are_refused_with_file_place_value_and_limit() {
         ("seed = 20140401", "sede = 20140401", &["line 7", "unknown field `sede`", "── here"]),
         ("duration_s = 1.8", "duration_s = -1.8", &["line 8", "duration_s = -1.8 s is outside (0, 3600]"]),
         ("duration_s = 1.8", "duration_s = 0.01", &["duration_s = 0.01 s is below 0.08 s, 20 ticks"]),
+        (
+            "duration_s = 1.8",
+            "duration_s = 1.8003",
+            &["line 8", "duration_s = 1.8003 s is no whole number of ticks", "give 1.8 or 1.804 s"],
+        ),
         ("velocity_m_per_s = 0.035", "velocity_m_per_s = 35.0", &["velocity_m_per_s = 35 m/s is outside [-10, 10]"]),
         ("position_m = -0.008", "position_m = [0, 0, -0.008]", &["start.position_m has three parts", "one axis"]),
         ("position_m = -0.008", "position_m = \"near\"", &["line 12", "expected one number along the axis"]),
