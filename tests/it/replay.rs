@@ -259,6 +259,27 @@ fn wrong_replays_are_refused_with_place_and_help() {
     refuses(&own, &["DIR/a.mcap", "--seed", "1"], &["a.mcap", "has a seed of its own"]);
 }
 
+#[test]
+fn a_damaged_recording_says_its_grade_in_every_answer() {
+    let (shell, impact) = cell();
+    let bytes = std::fs::read(&impact).unwrap();
+    std::fs::write(shell.path("cut.mcap"), &bytes[..bytes.len() * 2 / 3]).unwrap();
+    let mut flipped = bytes.clone();
+    flipped[bytes.len() / 2] ^= 1;
+    std::fs::write(shell.path("flipped.mcap"), flipped).unwrap();
+    for (file, grade) in [("DIR/cut.mcap", "B"), ("DIR/flipped.mcap", "C")] {
+        let args = ["replay", file, "--salvage", "--clamp", "commanded", "--model", "DIR/m.toml"];
+        let ran = shell.run(&[&args[..], &["--json", "DIR/r.json"]].concat());
+        assert_ne!(ran.exit, 2, "{file}: {}", ran.err);
+        assert_eq!(json(&shell)["recording"]["grade"], grade);
+        assert!(ran.out.contains(&format!("The recording has grade {grade}: ")), "{}", ran.out);
+        assert!(ran.out.lines().last().unwrap().ends_with(&format!("(grade {grade})")), "{}", ran.out);
+    }
+    std::fs::remove_file(shell.path("r.json")).unwrap();
+    refuses(&shell, &["DIR/cut.mcap"], &["cut.mcap: is cut off", "--model MODEL.toml"]);
+    refuses(&shell, &["DIR/flipped.mcap", "--salvage"], &["flipped.mcap: is damaged", "--model MODEL.toml"]);
+}
+
 /// A recording of ours whose attached model is not the one that its record names.
 #[test]
 fn a_recording_of_ours_with_another_model_in_it_is_refused() {

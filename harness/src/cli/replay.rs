@@ -7,7 +7,7 @@ use super::run::{did_nothing, exit};
 use crate::error::Error;
 use crate::files::{sha256_hex, write_whole};
 use crate::model::{Chosen, DELAY_HELP, EffectText, Model, check_delays, delays};
-use crate::recording::{Kind, Session, luggage};
+use crate::recording::{Grade, Kind, Session, luggage};
 use crate::replay::{Clamp, Own, Replayed, Request, page, replay};
 use crate::report::{TEXT_WIDTH, html, text};
 use crate::scenario::{self, Fault, Scenario, judge};
@@ -105,7 +105,10 @@ impl Arguments {
         let written = self.written(&request, &read, &replayed)?;
         let mut provenance = vec![
             ("program".to_owned(), format!("dockhil {}", env!("CARGO_PKG_VERSION"))),
-            (self.recording.display().to_string(), format!("sha256 {}", read.session.sha256)),
+            (
+                self.recording.display().to_string(),
+                format!("grade {:?}, sha256 {}", read.session.grade, read.session.sha256),
+            ),
             (format!("model {}", read.model_named), format!("sha256 {}", read.model_sha256)),
         ];
         provenance.extend(written.as_ref().map(|(path, _, what)| (path.display().to_string(), what.clone())));
@@ -145,7 +148,7 @@ impl Arguments {
         let is_mcap = bytes.starts_with(mcap::MAGIC);
         let found = if is_mcap { luggage(&bytes).ok() } else { None };
         let own = found.map(|luggage| Own::find(&self.recording, &luggage)).transpose()?.flatten();
-        let (model, model_named, model_sha256) = self.model(own.as_ref(), catalog)?;
+        let (model, model_named, model_sha256) = self.model(own.as_ref(), session.grade, catalog)?;
         let injected = self.faults.iter().map(|text| fault(text, &model, catalog)).collect::<Result<Vec<_>, _>>()?;
         self.check_delays(&model, &injected)?;
         let scenario = own.as_ref().map(|own| own.source.parse(catalog)).transpose()?.map(|(scenario, _)| scenario);
@@ -202,7 +205,12 @@ impl Arguments {
     }
 
     /// The model, its name and its hash.
-    fn model(&self, own: Option<&Own>, catalog: &Catalog<Axis>) -> Result<(Model, String, String), Error> {
+    fn model(
+        &self,
+        own: Option<&Own>,
+        grade: Grade,
+        catalog: &Catalog<Axis>,
+    ) -> Result<(Model, String, String), Error> {
         match (&self.model, own) {
             (Some(path), _) => {
                 let model = inputs::running_model(path, catalog)?;
@@ -214,10 +222,26 @@ impl Arguments {
                 let (_, model) = own.source.parse(catalog)?;
                 Ok((model, own.source.model_file.display().to_string(), own.model_sha256.clone()))
             }
-            (None, None) => Err(Error::new("the recording does not hold its model").file(&self.recording).help(
-                "give one: --model MODEL.toml; a nominal one is written by: dockhil model init RECORDING -o MODEL.toml",
-            )),
+            (None, None) => Err(self.without_model(grade)),
         }
+    }
+
+    fn without_model(&self, grade: Grade) -> Error {
+        let (what, help) = match grade {
+            Grade::B => (
+                "is cut off: what a run was made from stands at the end of its recording, and is lost",
+                "copy the file again, or give the model: --model MODEL.toml",
+            ),
+            Grade::C => (
+                "is damaged: what it was made from cannot be read",
+                "copy the file again, or give the model: --model MODEL.toml",
+            ),
+            Grade::A | Grade::D => (
+                "the recording does not hold its model",
+                "give one: --model MODEL.toml; a nominal one is written by: dockhil model init RECORDING -o MODEL.toml",
+            ),
+        };
+        Error::new(what).file(&self.recording).help(help)
     }
 
     /// Those that were asked for, else those of the recording's own scenario, else that the contact absorbs energy.
