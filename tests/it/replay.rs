@@ -280,6 +280,32 @@ fn a_damaged_recording_says_its_grade_in_every_answer() {
     refuses(&shell, &["DIR/flipped.mcap", "--salvage"], &["flipped.mcap: is damaged", "--model MODEL.toml"]);
 }
 
+#[test]
+fn a_replay_of_a_replay_has_its_model_and_says_what_it_is() {
+    let (shell, impact) = cell();
+    let fault = "command-delay:delay_s=0.008";
+    replayed(&shell, &[&impact, "--model", "DIR/m.toml", "--with", fault, "-o", "DIR/o.mcap"], 0);
+    let own = Shell::new();
+    assert_eq!(own.run(&["run", "planar", "-o", "DIR/a.mcap"]).exit, 0);
+    replayed(&own, &["DIR/a.mcap", "--with", fault, "-o", "DIR/o.mcap"], 0);
+    for (shell, model) in [
+        (&shell, shell.read("m.toml")),
+        (
+            &own,
+            fixtures::SCENARIO_MODELS.iter().find(|file| file.name == "models/planar.toml").unwrap().text.to_owned(),
+        ),
+    ] {
+        let attached = harness::recording::luggage(&std::fs::read(shell.path("o.mcap")).unwrap()).unwrap().files;
+        let models: Vec<_> = attached.iter().filter(|(name, _)| name == "model.toml").collect();
+        assert!(models.len() == 1 && models[0].1 == model.as_bytes(), "the model that was used, once");
+        let ran = shell.run(&["replay", "DIR/o.mcap", "--with", fault]);
+        assert_ne!(ran.exit, 2, "{}", ran.err);
+        let said = ran.out.split_whitespace().collect::<Vec<_>>().join(" ");
+        let words = "The recording is itself a replay: clamp nothing, put in: command-delay (delay_s = 0.008 s).";
+        assert!(said.contains(words), "{said}");
+    }
+}
+
 /// A recording of ours whose attached model is not the one that its record names.
 #[test]
 fn a_recording_of_ours_with_another_model_in_it_is_refused() {

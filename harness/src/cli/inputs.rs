@@ -151,6 +151,15 @@ pub fn writable_new(path: &Path, force: bool) -> Result<(), Error> {
     Ok(())
 }
 
+/// The text of a model.
+pub fn model_text(path: &Path) -> Result<String, Error> {
+    std::fs::read_to_string(path).map_err(|error| {
+        Error::new(format!("cannot read the model: {error}"))
+            .file(path)
+            .help("check the path, or write a nominal model with: dockhil model init RECORDING.mcap -o MODEL.toml")
+    })
+}
+
 /// The model, checked.
 pub fn model(path: &Path, catalog: &Catalog<Axis>) -> Result<Model, Error> {
     Model::read(path, catalog)

@@ -7,9 +7,10 @@ use super::run::{did_nothing, exit};
 use crate::error::Error;
 use crate::files::{sha256_hex, write_whole};
 use crate::model::{Chosen, DELAY_HELP, EffectText, Model, check_delays, delays};
-use crate::recording::{Grade, Kind, Session, luggage};
-use crate::replay::{Clamp, Own, Replayed, Request, page, replay};
+use crate::recording::{Grade, Kind, Luggage, Session, luggage};
+use crate::replay::{Clamp, Earlier, Own, REPLAY_RECORD, Replayed, Request, page, replay};
 use crate::report::{TEXT_WIDTH, html, text};
+use crate::scenario::run::MODEL_FILE;
 use crate::scenario::{self, Fault, Scenario, judge};
 use clap::Args;
 use serde_json::json;
@@ -24,7 +25,7 @@ use std::path::PathBuf;
 pub struct Arguments {
     /// The recording.
     recording: PathBuf,
-    /// The model; a recording of `dockhil run` holds its own.
+    /// The model; a recording of `dockhil run` or of `replay -o` holds its own.
     #[arg(long, value_name = "MODEL.toml")]
     model: Option<PathBuf>,
     /// The wire that is taken from the recording; everything behind it reacts.
@@ -56,8 +57,10 @@ struct Read {
     session: Session,
     bytes: Vec<u8>,
     own: Option<Own>,
+    earlier: Option<Earlier>,
     model: Model,
     model_named: String,
+    model_text: String,
     model_sha256: String,
     /// What the recording's own scenario had put in, then what was asked for.
     faults: Vec<Fault>,
@@ -89,6 +92,7 @@ impl Arguments {
             model: &read.model,
             catalog,
             own: read.own.as_ref(),
+            earlier: read.earlier.as_ref(),
             clamp: self.clamp,
             faults: &read.faults,
             injected: read.injected,
@@ -147,28 +151,24 @@ impl Arguments {
             .map_err(|error| Error::new(format!("cannot be read: {error}")).file(&self.recording))?;
         let is_mcap = bytes.starts_with(mcap::MAGIC);
         let found = if is_mcap { luggage(&bytes).ok() } else { None };
-        let own = found.map(|luggage| Own::find(&self.recording, &luggage)).transpose()?.flatten();
-        let (model, model_named, model_sha256) = self.model(own.as_ref(), session.grade, catalog)?;
+        let own = found.as_ref().map(|luggage| Own::find(&self.recording, luggage)).transpose()?.flatten();
+        let earlier = found.as_ref().and_then(Earlier::find);
+        let Some((path, model_text)) = self.model_text(own.as_ref(), earlier.as_ref())? else {
+            return Err(self.without_model(session.grade));
+        };
+        let model_named = path.display().to_string();
+        let model = Model::parse(&model_named, &model_text, catalog)?;
+        let model = model.with_identified_robot().map_err(|error| error.file(&path))?;
+        let model_sha256 = sha256_hex(model_text.as_bytes());
         let injected = self.faults.iter().map(|text| fault(text, &model, catalog)).collect::<Result<Vec<_>, _>>()?;
-        self.check_delays(&model, &injected)?;
         let scenario = own.as_ref().map(|own| own.source.parse(catalog)).transpose()?.map(|(scenario, _)| scenario);
         // Who brings a model of his own asks what that model says; the recording's faults are then part of what is asked about.
         let scheduled = scenario.as_ref().filter(|_| self.model.is_none() && self.clamp == Clamp::Nothing);
         let leaves_faults_out =
             scheduled.is_none() && scenario.as_ref().is_some_and(|scenario| !scenario.faults.is_empty());
         let scheduled = scheduled.map_or(Vec::new(), |scenario| scenario::acting(&scenario.faults, catalog));
-        if let Some(both) = injected.iter().find(|fault| scheduled.iter().any(|other| same_kind(other, fault))) {
-            let what = format!("effect {} is in the recording's own scenario already", both.chosen.kind.id);
-            return Err(Error::new(what)
-                .place("--with")
-                .help("give --model MODEL.toml to leave the scenario's faults out"));
-        }
-        if let Some(nth) =
-            (1..injected.len()).find(|&nth| injected[..nth].iter().any(|other| same_kind(other, &injected[nth])))
-        {
-            let what = format!("effect {} is put in twice", injected[nth].chosen.kind.id);
-            return Err(Error::new(what).place("--with").help("give each effect once, with all its parameters"));
-        }
+        each_once(&scheduled, &injected)?;
+        self.check_delays(&model, &injected)?;
         if own.is_some() && self.seed.is_some() && self.clamp == Clamp::Nothing {
             return Err(Error::new("the recording has a seed of its own: its noise is drawn from that")
                 .file(&self.recording)
@@ -183,8 +183,10 @@ impl Arguments {
             session,
             bytes,
             own,
+            earlier,
             model,
             model_named,
+            model_text,
             model_sha256,
             faults,
             injected,
@@ -204,26 +206,16 @@ impl Arguments {
         })
     }
 
-    /// The model, its name and its hash.
-    fn model(
-        &self,
-        own: Option<&Own>,
-        grade: Grade,
-        catalog: &Catalog<Axis>,
-    ) -> Result<(Model, String, String), Error> {
-        match (&self.model, own) {
-            (Some(path), _) => {
-                let model = inputs::running_model(path, catalog)?;
-                let bytes = std::fs::read(path)
-                    .map_err(|error| Error::new(format!("cannot read the model: {error}")).file(path))?;
-                Ok((model, path.display().to_string(), sha256_hex(&bytes)))
+    /// The model's file and its text: the one that was asked for, else the recording's own.
+    fn model_text(&self, own: Option<&Own>, earlier: Option<&Earlier>) -> Result<Option<(PathBuf, String)>, Error> {
+        Ok(match (&self.model, own, earlier) {
+            (Some(path), ..) => Some((path.clone(), inputs::model_text(path)?)),
+            (None, Some(own), _) => Some((own.source.model_file.clone(), own.source.model_text.clone())),
+            (None, None, Some(Earlier { model_text: Some(text), .. })) => {
+                Some((format!("{} / {MODEL_FILE}", self.recording.display()).into(), text.clone()))
             }
-            (None, Some(own)) => {
-                let (_, model) = own.source.parse(catalog)?;
-                Ok((model, own.source.model_file.display().to_string(), own.model_sha256.clone()))
-            }
-            (None, None) => Err(self.without_model(grade)),
-        }
+            _ => None,
+        })
     }
 
     fn without_model(&self, grade: Grade) -> Error {
@@ -284,7 +276,11 @@ impl Arguments {
         .into_iter()
         .map(|(key, value)| (key.to_owned(), value))
         .collect();
-        let (bytes, copied) = replayed.mcap(request, &read.bytes, record)?;
+        let added = Luggage {
+            metadata: vec![(REPLAY_RECORD.to_owned(), record)],
+            files: vec![(MODEL_FILE.to_owned(), read.model_text.clone().into_bytes())],
+        };
+        let (bytes, copied) = replayed.mcap(request, &read.bytes, &added)?;
         let what = format!("{}, sha256 {}", page::copied(copied), sha256_hex(&bytes));
         Ok(Some((path.clone(), bytes, what)))
     }
@@ -310,6 +306,23 @@ impl Arguments {
             "outcome": judge::outcome(verdicts),
         })
     }
+}
+
+/// Refuses a fault that is there twice.
+fn each_once(scheduled: &[Fault], injected: &[Fault]) -> Result<(), Error> {
+    if let Some(both) = injected.iter().find(|fault| scheduled.iter().any(|other| same_kind(other, fault))) {
+        let what = format!("effect {} is in the recording's own scenario already", both.chosen.kind.id);
+        return Err(Error::new(what)
+            .place("--with")
+            .help("give --model MODEL.toml to leave the scenario's faults out"));
+    }
+    if let Some(nth) =
+        (1..injected.len()).find(|&nth| injected[..nth].iter().any(|other| same_kind(other, &injected[nth])))
+    {
+        let what = format!("effect {} is put in twice", injected[nth].chosen.kind.id);
+        return Err(Error::new(what).place("--with").help("give each effect once, with all its parameters"));
+    }
+    Ok(())
 }
 
 fn same_kind(one: &Fault, other: &Fault) -> bool {

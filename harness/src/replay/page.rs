@@ -63,6 +63,10 @@ fn sentences(request: &Request<'_>, replayed: &Replayed) -> Vec<String> {
     if session.grade != Grade::A {
         all.insert(0, format!("The recording has grade {:?}: {}.", session.grade, session.grade.about()));
     }
+    if let Some(earlier) = request.earlier {
+        let faults = if earlier.faults.is_empty() { "no faults" } else { earlier.faults.as_str() };
+        all.insert(0, format!("The recording is itself a replay: clamp {}, put in: {faults}.", earlier.clamp));
+    }
     all.extend(request.faults.iter().map(|fault| format!("Put in: {}.", fault.words())));
     let unused: Vec<String> = request
         .model
