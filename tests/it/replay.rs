@@ -264,8 +264,11 @@ fn a_damaged_recording_says_its_grade_in_every_answer() {
     let (shell, impact) = cell();
     let bytes = std::fs::read(&impact).unwrap();
     std::fs::write(shell.path("cut.mcap"), &bytes[..bytes.len() * 2 / 3]).unwrap();
-    let mut flipped = bytes.clone();
-    flipped[bytes.len() / 2] ^= 1;
+    // One of several chunks.
+    assert_eq!(shell.run(&["run", "bench-hardware", "-o", "DIR/a.mcap"]).exit, 0);
+    let mut flipped = std::fs::read(shell.path("a.mcap")).unwrap();
+    let middle = flipped.len() / 2;
+    flipped[middle] ^= 1;
     std::fs::write(shell.path("flipped.mcap"), flipped).unwrap();
     for (file, grade) in [("DIR/cut.mcap", "B"), ("DIR/flipped.mcap", "C")] {
         let args = ["replay", file, "--salvage", "--clamp", "commanded", "--model", "DIR/m.toml"];
@@ -287,7 +290,8 @@ fn a_replay_of_a_replay_has_its_model_and_says_what_it_is() {
     replayed(&shell, &[&impact, "--model", "DIR/m.toml", "--with", fault, "-o", "DIR/o.mcap"], 0);
     let own = Shell::new();
     assert_eq!(own.run(&["run", "planar", "-o", "DIR/a.mcap"]).exit, 0);
-    replayed(&own, &["DIR/a.mcap", "--with", fault, "-o", "DIR/o.mcap"], 0);
+    // 8 ms more make the contact give energy: its criterion fails.
+    replayed(&own, &["DIR/a.mcap", "--with", fault, "-o", "DIR/o.mcap"], 1);
     for (shell, model) in [
         (&shell, shell.read("m.toml")),
         (

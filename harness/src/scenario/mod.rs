@@ -45,7 +45,7 @@ pub struct Scenario {
     pub about: String,
     /// Where all randomness of the run comes from; there is no default.
     pub seed: u64,
-    /// Length of the run; a whole number of ticks of the loop.
+    /// Length of the run.
     pub duration_s: f64,
     /// The model file, seen from the folder of the scenario.
     pub model: String,
