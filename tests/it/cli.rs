@@ -121,6 +121,7 @@ fn every_number_of_a_model_is_checked() {
         ("physics_step_s = 0.001", "physics_step_s = 0.0007", "is not a whole number of physics steps of 0.0007 s"),
         ("measurement_delay_s = 0.016", "measurement_delay_s = 16", "timing.measurement_delay_s = 16 is above 10"),
         ("command_delay_s = 0.016", "command_delay_s = 0.001", "is shorter than one loop period, 0.004 s"),
+        ("delay_s = 0.01\n", "delay_s = -0.05\n", "command-delay is -0.034000 s, below one loop period, 0.004 s"),
         ("schema = 1", "schema = 2", "schema = 2 is not 1, the only version there is"),
         (
             "id = \"command-delay\"",

@@ -132,7 +132,12 @@ fn a_recording_counts_once_and_a_test_has_contact() {
     refuses(&shell, &[&good, &good], &[&test], &["learn_01.mcap", "it would count twice"]);
     let rest = session("cell-a", "static.mcap").display().to_string();
     refuses(&shell, &[&good], &[&rest], &["static.mcap", "kind static, not impact", "--aux"]);
-    refuses_line(&shell, &["compare", "--model", "DIR/m.toml", &good, "--samples", "1"], &["no spread"]);
+    for (samples, why) in [("1", "no spread"), ("-1", "no spread"), ("1000000000", "do not fit into memory")] {
+        let words = ["--samples", &format!("{samples} is outside [2, 10000]"), why];
+        refuses_line(&shell, &["compare", "--model", "DIR/m.toml", &good, "--samples", samples], &words);
+    }
+    let ran = shell.run(&["compare", "--model", "DIR/m.toml", &good, "--seed", "-1"]);
+    assert!(ran.exit == 2 && ran.err.contains("a seed is a whole number from 0 to"), "{}", ran.err);
 }
 
 #[test]

@@ -207,7 +207,7 @@ fn a_fault_that_never_acted_is_an_error_of_the_replay() {
     let args = ["replay", &impact, "--model", "DIR/m.toml", "--with", fault, "-o", "DIR/o.mcap"];
     let ran = shell.run(&args);
     assert_eq!((ran.exit, ran.out.as_str()), (6, ""), "{}", ran.err);
-    assert!(ran.err.contains("the fault end-stop did nothing"), "{}", ran.err);
+    assert!(ran.err.contains("learn_03.mcap: --with: the fault end-stop did nothing"), "{}", ran.err);
     assert_eq!(shell.names(), before, "nothing is written");
 }
 
@@ -232,6 +232,14 @@ fn wrong_replays_are_refused_with_place_and_help() {
         (&["--with", "force-bais:force_n=0.3"][..], &["argument \"force-bais", "did you mean force-bias?"][..]),
         (&["--with", "force-bias"], &["effect force-bias lacks its parameter force_n", "a number in N"]),
         (&["--with", "command-delay:delay_s=16"], &["delay_s = 16 s is outside"]),
+        (
+            &["--with", "command-delay:delay_s=-0.05"],
+            &["--with command-delay:", "is -0.034000 s, below one loop period"],
+        ),
+        (
+            &["--with", "clock-offset:offset_s=0.01"],
+            &["clock-offset acts on the recorder, whose stamps a replay does not"],
+        ),
         (&["--with", "force-bias:force=3"], &["effect force-bias has no parameter force"]),
         (&["--with", "force-bias:force_n=1", "--with", "force-bias:force_n=2"], &["force-bias is put in twice"]),
         (&["--clamp", "sensed", "--with", "force-bias:force_n=0.3"], &["acts on the wire sensed", "--clamp sensed"]),
@@ -249,6 +257,57 @@ fn wrong_replays_are_refused_with_place_and_help() {
     let own = Shell::new();
     assert_eq!(own.run(&["run", "planar", "-o", "DIR/a.mcap"]).exit, 0);
     refuses(&own, &["DIR/a.mcap", "--seed", "1"], &["a.mcap", "has a seed of its own"]);
+}
+
+#[test]
+fn a_damaged_recording_says_its_grade_in_every_answer() {
+    let (shell, impact) = cell();
+    let bytes = std::fs::read(&impact).unwrap();
+    std::fs::write(shell.path("cut.mcap"), &bytes[..bytes.len() * 2 / 3]).unwrap();
+    // One of several chunks.
+    assert_eq!(shell.run(&["run", "bench-hardware", "-o", "DIR/a.mcap"]).exit, 0);
+    let mut flipped = std::fs::read(shell.path("a.mcap")).unwrap();
+    let middle = flipped.len() / 2;
+    flipped[middle] ^= 1;
+    std::fs::write(shell.path("flipped.mcap"), flipped).unwrap();
+    for (file, grade) in [("DIR/cut.mcap", "B"), ("DIR/flipped.mcap", "C")] {
+        let args = ["replay", file, "--salvage", "--clamp", "commanded", "--model", "DIR/m.toml"];
+        let ran = shell.run(&[&args[..], &["--json", "DIR/r.json"]].concat());
+        assert_ne!(ran.exit, 2, "{file}: {}", ran.err);
+        assert_eq!(json(&shell)["recording"]["grade"], grade);
+        assert!(ran.out.contains(&format!("The recording has grade {grade}: ")), "{}", ran.out);
+        assert!(ran.out.lines().last().unwrap().ends_with(&format!("(grade {grade})")), "{}", ran.out);
+    }
+    std::fs::remove_file(shell.path("r.json")).unwrap();
+    refuses(&shell, &["DIR/cut.mcap"], &["cut.mcap: is cut off", "--model MODEL.toml"]);
+    refuses(&shell, &["DIR/flipped.mcap", "--salvage"], &["flipped.mcap: is damaged", "--model MODEL.toml"]);
+}
+
+#[test]
+fn a_replay_of_a_replay_has_its_model_and_says_what_it_is() {
+    let (shell, impact) = cell();
+    let fault = "command-delay:delay_s=0.008";
+    replayed(&shell, &[&impact, "--model", "DIR/m.toml", "--with", fault, "-o", "DIR/o.mcap"], 0);
+    let own = Shell::new();
+    assert_eq!(own.run(&["run", "planar", "-o", "DIR/a.mcap"]).exit, 0);
+    // 8 ms more make the contact give energy: its criterion fails.
+    replayed(&own, &["DIR/a.mcap", "--with", fault, "-o", "DIR/o.mcap"], 1);
+    for (shell, model) in [
+        (&shell, shell.read("m.toml")),
+        (
+            &own,
+            fixtures::SCENARIO_MODELS.iter().find(|file| file.name == "models/planar.toml").unwrap().text.to_owned(),
+        ),
+    ] {
+        let attached = harness::recording::luggage(&std::fs::read(shell.path("o.mcap")).unwrap()).unwrap().files;
+        let models: Vec<_> = attached.iter().filter(|(name, _)| name == "model.toml").collect();
+        assert!(models.len() == 1 && models[0].1 == model.as_bytes(), "the model that was used, once");
+        let ran = shell.run(&["replay", "DIR/o.mcap", "--with", fault]);
+        assert_ne!(ran.exit, 2, "{}", ran.err);
+        let said = ran.out.split_whitespace().collect::<Vec<_>>().join(" ");
+        let words = "The recording is itself a replay: clamp nothing, put in: command-delay (delay_s = 0.008 s).";
+        assert!(said.contains(words), "{said}");
+    }
 }
 
 /// A recording of ours whose attached model is not the one that its record names.

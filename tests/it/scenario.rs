@@ -317,8 +317,20 @@ fn wrong_models_with_six_axes_are_refused_at_their_place() {
     }
     let shell = Shell::new();
     assert_eq!(shell.run(&["run", "olev", "-o", "DIR/a.mcap"]).exit, 0);
-    let ran = shell.run(&["replay", "DIR/a.mcap"]);
-    assert!(ran.exit == 2 && ran.err.contains("was run with six axes"), "{}", ran.err);
+    shell
+        .write("m.toml", fixtures::SCENARIO_MODELS.iter().find(|file| file.name == "models/planar.toml").unwrap().text);
+    for line in [
+        "replay DIR/a.mcap",
+        "replay DIR/a.mcap --model DIR/m.toml",
+        "model init DIR/a.mcap -o DIR/n.toml",
+        "compare --model DIR/m.toml DIR/a.mcap",
+        "compare --reference DIR/a.mcap DIR/a.mcap",
+        "diagnose --model DIR/m.toml --learn DIR/a.mcap --test DIR/a.mcap",
+    ] {
+        let ran = shell.run(&line.split(' ').collect::<Vec<_>>());
+        assert_eq!((ran.exit, ran.out.as_str()), (2, ""), "{line}: {}", ran.err);
+        assert!(ran.err.contains("was recorded with 6 axes") && ran.err.contains("dockhil run"), "{line}: {}", ran.err);
+    }
     assert_eq!(shell.run(&["run", "olev", "--extract", "DIR"]).exit, 0);
     let ran = shell.run(&["model", "check", "DIR/models/olev.toml"]);
     assert_eq!((ran.exit, ran.err.as_str()), (0, ""), "{}", ran.out);
@@ -346,6 +358,11 @@ fn wrong_scenarios_are_refused_with_file_place_value_and_limit() {
         ("seed = 20140401", "sede = 20140401", &["line 7", "unknown field `sede`", "── here"]),
         ("duration_s = 1.8", "duration_s = -1.8", &["line 8", "duration_s = -1.8 s is outside (0, 3600]"]),
         ("duration_s = 1.8", "duration_s = 0.01", &["duration_s = 0.01 s is below 0.08 s, 20 ticks"]),
+        (
+            "duration_s = 1.8",
+            "duration_s = 1.8003",
+            &["line 8", "duration_s = 1.8003 s is no whole number of ticks", "give 1.8 or 1.804 s"],
+        ),
         ("velocity_m_per_s = 0.035", "velocity_m_per_s = 35.0", &["velocity_m_per_s = 35 m/s is outside [-10, 10]"]),
         ("position_m = -0.008", "position_m = [0, 0, -0.008]", &["start.position_m has three parts", "one axis"]),
         ("position_m = -0.008", "position_m = \"near\"", &["line 12", "expected one number along the axis"]),
@@ -379,6 +396,16 @@ fn wrong_scenarios_are_refused_with_file_place_value_and_limit() {
         ),
         (
             "[[criterion]]",
+            "[[effect]]\nid = \"command-delay\"\ndelay_s = -0.0125\n[[criterion]]",
+            &["line 17", "command-delay is 0.003500 s, below one loop period, 0.004 s"],
+        ),
+        (
+            "[[criterion]]",
+            "[[effect]]\nid = \"measurement-delay\"\ndelay_s = -0.0165\n[[criterion]]",
+            &["measurement-delay is -0.000500 s, below 0"],
+        ),
+        (
+            "[[criterion]]",
             "[[effect]]\nid = \"clock-offset\"\noffset_s = 0.005\nfrom_s = 1.0\n[[criterion]]",
             &["clock-offset shifts every stamp"],
         ),
@@ -409,7 +436,14 @@ fn names_and_files_that_are_not_there_are_refused() {
     assert!(ran.exit == 2 && ran.err.contains("exists already"), "{}", ran.err);
     assert_eq!(shell.read("a.mcap"), "somebody's work");
     let ran = shell.run(&["run", "planar", "-o", "DIR/b.mcap", "--json", "DIR/b.mcap"]);
-    assert!(ran.exit == 2 && ran.err.contains("overwritten"), "{}", ran.err);
+    assert!(ran.exit == 2 && ran.err.contains("named for two results"), "{}", ran.err);
+    let ran = shell.run(&["run", "planar", "-o", "-"]);
+    assert!(ran.exit == 2 && ran.err.contains("-: stands for standard output"), "{}", ran.err);
+    for (option, file) in [("-o", "DIR/b.mcap"), ("--json", "DIR/b.json"), ("--report", "DIR/b.html")] {
+        let ran = shell.run(&["run", "planar", "--extract", "DIR", option, file]);
+        assert!(ran.exit == 2 && ran.err.contains("cannot be used with"), "{option}: {}", ran.err);
+    }
+    assert_eq!(shell.names(), ["a.mcap"], "nothing is written");
     assert_eq!(shell.run(&["run"]).exit, 2);
 }
 

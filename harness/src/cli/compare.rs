@@ -35,16 +35,20 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value_t)]
     pub clamp: Clamp,
     /// How many free runs make the bands.
-    #[arg(long, value_name = "N", default_value_t = 40)]
-    pub samples: usize,
+    #[arg(long, value_name = "N", default_value_t = 40, allow_negative_numbers = true)]
+    pub samples: i64,
     /// Seed of the free runs; without it, one is made from the SHA-256 of the first recording.
-    #[arg(long, value_name = "SEED")]
+    #[arg(long, value_name = "SEED", allow_negative_numbers = true, value_parser = inputs::seed)]
     pub seed: Option<u64>,
     #[command(flatten)]
     pub outputs: Outputs,
     #[command(flatten)]
     pub reading: Reading,
 }
+
+/// Free runs that can be asked for: one has no spread, and the force and the command of each stay in memory: 5000 numbers,
+/// 40 kB, for 4 s. Chosen.
+const SAMPLES: std::ops::RangeInclusive<usize> = 2..=10_000;
 
 fn limit(text: &str) -> Result<Limit, String> {
     Limit::parse(text).map_err(|error| match error.help {
@@ -74,8 +78,8 @@ impl Arguments {
     fn against_measurement(&self, reference: &PathBuf, console: &mut Console<'_>) -> Result<Exit, Error> {
         let map = self.reference_map.as_ref().or(self.reading.map.as_ref()).cloned();
         let reading = Reading { map, ..self.reading.clone() };
-        let mut all = reading.sessions(std::slice::from_ref(reference), console)?;
-        all.extend(self.reading.sessions(&self.recordings, console)?);
+        let mut all = reading.sessions_along(std::slice::from_ref(reference), console)?;
+        all.extend(self.reading.sessions_along(&self.recordings, console)?);
         let used: Vec<&Session> = all.iter().collect();
         inputs::each_once(&used)?;
         let answer = compare_measurements(&all[0], &all[1..], &self.limits)?;
@@ -85,16 +89,20 @@ impl Arguments {
     }
 
     fn against_model(&self, path: &Path, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Exit, Error> {
-        if self.samples < 2 {
-            let what = format!("{} free runs have no spread", self.samples);
-            return Err(Error::new(what).place("--samples").help("give at least 2; 40 make the usual bands"));
+        let samples = usize::try_from(self.samples).unwrap_or_default();
+        if !SAMPLES.contains(&samples) {
+            let (least, most) = (SAMPLES.start(), SAMPLES.end());
+            let why =
+                if samples < *least { "few free runs have no spread" } else { "many free runs do not fit into memory" };
+            let what = format!("{} is outside [{least}, {most}]: so {why}", self.samples);
+            return Err(Error::new(what).place("--samples").help("40 make the usual bands"));
         }
         let model = inputs::running_model(path, catalog)?;
-        let sessions = self.reading.sessions(&self.recordings, console)?;
+        let sessions = self.reading.sessions_along(&self.recordings, console)?;
         inputs::each_once(&sessions.iter().collect::<Vec<_>>())?;
         let progress = console.progress();
         progress.say("comparing: software block, blocks with clamped inputs, free runs");
-        let free_run = FreeRun { samples: self.samples, seed: self.seed.unwrap_or_else(|| seed_of(&sessions)) };
+        let free_run = FreeRun { samples, seed: self.seed.unwrap_or_else(|| seed_of(&sessions)) };
         let comparison = compare(Request {
             model: &model,
             catalog,

@@ -48,13 +48,14 @@ impl Arguments {
         self.outputs.check(read.clone().chain([&self.model]))?;
         if let Some(path) = &self.write_model {
             // The model itself may be written over, with --force.
-            inputs::not_read(path, read.chain(&self.outputs.json).chain(&self.outputs.report))?;
+            inputs::not_read(path, read)?;
+            self.outputs.written_once(path)?;
             inputs::writable_new(path, self.force)?;
         }
         let model = inputs::running_model(&self.model, catalog)?;
-        let learn = self.reading.sessions(&self.learn, console)?;
-        let aux = self.reading.sessions(&self.aux, console)?;
-        let test = self.reading.sessions(&self.test, console)?;
+        let learn = self.reading.sessions_along(&self.learn, console)?;
+        let aux = self.reading.sessions_along(&self.aux, console)?;
+        let test = self.reading.sessions_along(&self.test, console)?;
         inputs::each_once(&learn.iter().chain(&aux).collect::<Vec<_>>())?;
         let progress = console.progress();
         let outcome = diagnose(&Request {

@@ -49,6 +49,18 @@ impl Reading {
         let results: Vec<Result<Session, Error>> = paths.par_iter().map(read_one).collect();
         results.into_iter().collect()
     }
+
+    /// The same for a command that works along one axis.
+    pub fn sessions_along(&self, paths: &[PathBuf], console: &Console<'_>) -> Result<Vec<Session>, Error> {
+        let sessions = self.sessions(paths, console)?;
+        sessions.iter().try_for_each(Session::along_one_axis)?;
+        Ok(sessions)
+    }
+}
+
+/// A seed as it is typed.
+pub fn seed(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| format!("a seed is a whole number from 0 to {}", u64::MAX))
 }
 
 /// Where results go besides standard output.
@@ -70,19 +82,30 @@ impl Outputs {
             self.json.iter().chain(&self.report).filter(|path| *path != Path::new("-")).collect();
         files.iter().try_for_each(|path| writable(path))?;
         files.iter().try_for_each(|path| not_read(path, read.clone()))?;
-        if let (Some(json), Some(report)) = (&self.json, &self.report)
-            && same_file(json, report)
-        {
-            let what = "is named for two results, and the second would replace the first";
-            return Err(Error::new(what).file(report).help("name another file after --report"));
+        match (&self.json, &self.report) {
+            (Some(json), Some(report)) if same_file(json, report) => Err(named_twice(report)),
+            _ => Ok(()),
         }
-        Ok(())
+    }
+
+    /// Refuses a result that another result of the same command would replace.
+    pub fn written_once(&self, written: &Path) -> Result<(), Error> {
+        match self.json.iter().chain(&self.report).find(|path| same_file(path, written)) {
+            Some(path) => Err(named_twice(path)),
+            None => Ok(()),
+        }
     }
 
     /// Whether standard output is for the JSON, and not for the text.
     pub fn json_only(&self) -> bool {
         self.json.as_deref() == Some(Path::new("-"))
     }
+}
+
+fn named_twice(path: &Path) -> Error {
+    Error::new("is named for two results, and the second would replace the first")
+        .file(path)
+        .help("name another file for one of them")
 }
 
 /// A file that is going to be written: its folder exists, and it is no folder itself.
@@ -116,12 +139,25 @@ pub fn not_read<'p>(written: &Path, mut read: impl Iterator<Item = &'p PathBuf>)
 
 /// A file that is going to be written and may hold somebody's work: an old one is kept unless `force` is given.
 pub fn writable_new(path: &Path, force: bool) -> Result<(), Error> {
+    if path == Path::new("-") {
+        let help = "name a file; one of that name is ./-";
+        return Err(Error::new("stands for standard output, which takes text and --json alone").file(path).help(help));
+    }
     writable(path)?;
     if path.exists() && !force {
         let help = "name another file, or overwrite it with --force";
         return Err(Error::new("exists already and was left as it is").file(path).help(help));
     }
     Ok(())
+}
+
+/// The text of a model.
+pub fn model_text(path: &Path) -> Result<String, Error> {
+    std::fs::read_to_string(path).map_err(|error| {
+        Error::new(format!("cannot read the model: {error}"))
+            .file(path)
+            .help("check the path, or write a nominal model with: dockhil model init RECORDING.mcap -o MODEL.toml")
+    })
 }
 
 /// The model, checked.

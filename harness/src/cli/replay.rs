@@ -6,10 +6,11 @@ use super::outcome::Exit;
 use super::run::{did_nothing, exit};
 use crate::error::Error;
 use crate::files::{sha256_hex, write_whole};
-use crate::model::{Chosen, EffectText, Model, SpaceModel};
-use crate::recording::{Kind, Session, luggage};
-use crate::replay::{Clamp, Own, Replayed, Request, page, replay};
+use crate::model::{Chosen, DELAY_HELP, EffectText, Model, check_delays, delays};
+use crate::recording::{Grade, Kind, Luggage, Session, luggage};
+use crate::replay::{Clamp, Earlier, Own, REPLAY_RECORD, Replayed, Request, page, replay};
 use crate::report::{TEXT_WIDTH, html, text};
+use crate::scenario::run::MODEL_FILE;
 use crate::scenario::{self, Fault, Scenario, judge};
 use clap::Args;
 use serde_json::json;
@@ -24,7 +25,7 @@ use std::path::PathBuf;
 pub struct Arguments {
     /// The recording.
     recording: PathBuf,
-    /// The model; a recording of `dockhil run` holds its own.
+    /// The model; a recording of `dockhil run` or of `replay -o` holds its own.
     #[arg(long, value_name = "MODEL.toml")]
     model: Option<PathBuf>,
     /// The wire that is taken from the recording; everything behind it reacts.
@@ -37,7 +38,7 @@ pub struct Arguments {
     #[arg(long, value_name = "SCENARIO.toml")]
     criteria: Option<PathBuf>,
     /// Draw the sensor's noise from this seed; without it there is none. Not for recordings of `dockhil run`.
-    #[arg(long, value_name = "SEED")]
+    #[arg(long, value_name = "SEED", allow_negative_numbers = true, value_parser = inputs::seed)]
     seed: Option<u64>,
     /// Save the recording with what the model made in it; all other messages keep their bytes.
     #[arg(short, long, value_name = "OUT.mcap")]
@@ -56,8 +57,10 @@ struct Read {
     session: Session,
     bytes: Vec<u8>,
     own: Option<Own>,
+    earlier: Option<Earlier>,
     model: Model,
     model_named: String,
+    model_text: String,
     model_sha256: String,
     /// What the recording's own scenario had put in, then what was asked for.
     faults: Vec<Fault>,
@@ -89,6 +92,7 @@ impl Arguments {
             model: &read.model,
             catalog,
             own: read.own.as_ref(),
+            earlier: read.earlier.as_ref(),
             clamp: self.clamp,
             faults: &read.faults,
             injected: read.injected,
@@ -97,7 +101,7 @@ impl Arguments {
         };
         let replayed = replay(&request)?;
         if !replayed.idle.is_empty() {
-            console.error(&did_nothing(&replayed.idle).file(&self.recording).place("--with"));
+            console.error(&did_nothing(&replayed.idle, "--with").file(&self.recording));
             return Ok(Exit::Idle);
         }
         let known = judge::known(&read.model, replayed.case.mass_kg);
@@ -105,7 +109,10 @@ impl Arguments {
         let written = self.written(&request, &read, &replayed)?;
         let mut provenance = vec![
             ("program".to_owned(), format!("dockhil {}", env!("CARGO_PKG_VERSION"))),
-            (self.recording.display().to_string(), format!("sha256 {}", read.session.sha256)),
+            (
+                self.recording.display().to_string(),
+                format!("grade {:?}, sha256 {}", read.session.grade, read.session.sha256),
+            ),
             (format!("model {}", read.model_named), format!("sha256 {}", read.model_sha256)),
         ];
         provenance.extend(written.as_ref().map(|(path, _, what)| (path.display().to_string(), what.clone())));
@@ -130,26 +137,29 @@ impl Arguments {
         let read = || [&self.recording].into_iter().chain(&self.model).chain(&self.criteria).chain(&self.reading.map);
         self.outputs.check(read())?;
         if let Some(path) = &self.output {
-            inputs::not_read(path, read().chain(&self.outputs.json).chain(&self.outputs.report))?;
+            inputs::not_read(path, read())?;
+            self.outputs.written_once(path)?;
             inputs::writable_new(path, self.force)?;
         }
         Ok(())
     }
 
     fn read(&self, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Read, Error> {
-        let mut sessions = self.reading.sessions(std::slice::from_ref(&self.recording), console)?;
+        let mut sessions = self.reading.sessions_along(std::slice::from_ref(&self.recording), console)?;
         let session = sessions.pop().ok_or_else(|| Error::new("no recording was read").file(&self.recording))?;
         let bytes = std::fs::read(&self.recording)
             .map_err(|error| Error::new(format!("cannot be read: {error}")).file(&self.recording))?;
         let is_mcap = bytes.starts_with(mcap::MAGIC);
         let found = if is_mcap { luggage(&bytes).ok() } else { None };
-        let own = found.map(|luggage| Own::find(&self.recording, &luggage)).transpose()?.flatten();
-        if own.as_ref().is_some_and(|own| SpaceModel::is_meant(&own.source.model_text)) {
-            return Err(Error::new("was run with six axes, and a replay has one")
-                .file(&self.recording)
-                .help("run its scenario again with the fault in it: [[effect]]"));
-        }
-        let (model, model_named, model_sha256) = self.model(own.as_ref(), catalog)?;
+        let own = found.as_ref().map(|luggage| Own::find(&self.recording, luggage)).transpose()?.flatten();
+        let earlier = found.as_ref().and_then(Earlier::find);
+        let Some((path, model_text)) = self.model_text(own.as_ref(), earlier.as_ref())? else {
+            return Err(self.without_model(session.grade));
+        };
+        let model_named = path.display().to_string();
+        let model = Model::parse(&model_named, &model_text, catalog)?;
+        let model = model.with_identified_robot().map_err(|error| error.file(&path))?;
+        let model_sha256 = sha256_hex(model_text.as_bytes());
         let injected = self.faults.iter().map(|text| fault(text, &model, catalog)).collect::<Result<Vec<_>, _>>()?;
         let scenario = own.as_ref().map(|own| own.source.parse(catalog)).transpose()?.map(|(scenario, _)| scenario);
         // Who brings a model of his own asks what that model says; the recording's faults are then part of what is asked about.
@@ -157,18 +167,8 @@ impl Arguments {
         let leaves_faults_out =
             scheduled.is_none() && scenario.as_ref().is_some_and(|scenario| !scenario.faults.is_empty());
         let scheduled = scheduled.map_or(Vec::new(), |scenario| scenario::acting(&scenario.faults, catalog));
-        if let Some(both) = injected.iter().find(|fault| scheduled.iter().any(|other| same_kind(other, fault))) {
-            let what = format!("effect {} is in the recording's own scenario already", both.chosen.kind.id);
-            return Err(Error::new(what)
-                .place("--with")
-                .help("give --model MODEL.toml to leave the scenario's faults out"));
-        }
-        if let Some(nth) =
-            (1..injected.len()).find(|&nth| injected[..nth].iter().any(|other| same_kind(other, &injected[nth])))
-        {
-            let what = format!("effect {} is put in twice", injected[nth].chosen.kind.id);
-            return Err(Error::new(what).place("--with").help("give each effect once, with all its parameters"));
-        }
+        each_once(&scheduled, &injected)?;
+        self.check_delays(&model, &injected)?;
         if own.is_some() && self.seed.is_some() && self.clamp == Clamp::Nothing {
             return Err(Error::new("the recording has a seed of its own: its noise is drawn from that")
                 .file(&self.recording)
@@ -183,8 +183,10 @@ impl Arguments {
             session,
             bytes,
             own,
+            earlier,
             model,
             model_named,
+            model_text,
             model_sha256,
             faults,
             injected,
@@ -193,23 +195,45 @@ impl Arguments {
         })
     }
 
-    /// The model, its name and its hash.
-    fn model(&self, own: Option<&Own>, catalog: &Catalog<Axis>) -> Result<(Model, String, String), Error> {
-        match (&self.model, own) {
-            (Some(path), _) => {
-                let model = inputs::running_model(path, catalog)?;
-                let bytes = std::fs::read(path)
-                    .map_err(|error| Error::new(format!("cannot read the model: {error}")).file(path))?;
-                Ok((model, path.display().to_string(), sha256_hex(&bytes)))
+    /// Refuses delays that no loop can have. The same effect is never in two lists, so that what is asked for is looked at alone.
+    fn check_delays(&self, model: &Model, injected: &[Fault]) -> Result<(), Error> {
+        let asked =
+            injected.iter().filter_map(|fault| Some((fault.chosen.kind.id.as_ref(), *fault.chosen.values.first()?)));
+        check_delays(&model.timing, delays(model.effects.iter()).chain(asked)).map_err(|(id, what)| {
+            let given = self.faults.iter().find(|text| text.starts_with(id));
+            let place = given.map_or_else(|| "--with".to_owned(), |text| format!("--with {text}"));
+            Error::new(what).file(&self.recording).place(place).help(DELAY_HELP)
+        })
+    }
+
+    /// The model's file and its text: the one that was asked for, else the recording's own.
+    fn model_text(&self, own: Option<&Own>, earlier: Option<&Earlier>) -> Result<Option<(PathBuf, String)>, Error> {
+        Ok(match (&self.model, own, earlier) {
+            (Some(path), ..) => Some((path.clone(), inputs::model_text(path)?)),
+            (None, Some(own), _) => Some((own.source.model_file.clone(), own.source.model_text.clone())),
+            (None, None, Some(Earlier { model_text: Some(text), .. })) => {
+                Some((format!("{} / {MODEL_FILE}", self.recording.display()).into(), text.clone()))
             }
-            (None, Some(own)) => {
-                let (_, model) = own.source.parse(catalog)?;
-                Ok((model, own.source.model_file.display().to_string(), own.model_sha256.clone()))
-            }
-            (None, None) => Err(Error::new("the recording does not hold its model").file(&self.recording).help(
+            _ => None,
+        })
+    }
+
+    fn without_model(&self, grade: Grade) -> Error {
+        let (what, help) = match grade {
+            Grade::B => (
+                "is cut off: what a run was made from stands at the end of its recording, and is lost",
+                "copy the file again, or give the model: --model MODEL.toml",
+            ),
+            Grade::C => (
+                "is damaged: what it was made from cannot be read",
+                "copy the file again, or give the model: --model MODEL.toml",
+            ),
+            Grade::A | Grade::D => (
+                "the recording does not hold its model",
                 "give one: --model MODEL.toml; a nominal one is written by: dockhil model init RECORDING -o MODEL.toml",
-            )),
-        }
+            ),
+        };
+        Error::new(what).file(&self.recording).help(help)
     }
 
     /// Those that were asked for, else those of the recording's own scenario, else that the contact absorbs energy.
@@ -252,7 +276,11 @@ impl Arguments {
         .into_iter()
         .map(|(key, value)| (key.to_owned(), value))
         .collect();
-        let (bytes, copied) = replayed.mcap(request, &read.bytes, record)?;
+        let added = Luggage {
+            metadata: vec![(REPLAY_RECORD.to_owned(), record)],
+            files: vec![(MODEL_FILE.to_owned(), read.model_text.clone().into_bytes())],
+        };
+        let (bytes, copied) = replayed.mcap(request, &read.bytes, &added)?;
         let what = format!("{}, sha256 {}", page::copied(copied), sha256_hex(&bytes));
         Ok(Some((path.clone(), bytes, what)))
     }
@@ -278,6 +306,23 @@ impl Arguments {
             "outcome": judge::outcome(verdicts),
         })
     }
+}
+
+/// Refuses a fault that is there twice.
+fn each_once(scheduled: &[Fault], injected: &[Fault]) -> Result<(), Error> {
+    if let Some(both) = injected.iter().find(|fault| scheduled.iter().any(|other| same_kind(other, fault))) {
+        let what = format!("effect {} is in the recording's own scenario already", both.chosen.kind.id);
+        return Err(Error::new(what)
+            .place("--with")
+            .help("give --model MODEL.toml to leave the scenario's faults out"));
+    }
+    if let Some(nth) =
+        (1..injected.len()).find(|&nth| injected[..nth].iter().any(|other| same_kind(other, &injected[nth])))
+    {
+        let what = format!("effect {} is put in twice", injected[nth].chosen.kind.id);
+        return Err(Error::new(what).place("--with").help("give each effect once, with all its parameters"));
+    }
+    Ok(())
 }
 
 fn same_kind(one: &Fault, other: &Fault) -> bool {

@@ -33,7 +33,7 @@ pub struct Arguments {
     #[arg(long, conflicts_with_all = ["scenario", "list"])]
     schema: bool,
     /// Save the scenario and its model to a folder, to be changed there; nothing is run.
-    #[arg(long, value_name = "FOLDER", requires = "scenario")]
+    #[arg(long, value_name = "FOLDER", requires = "scenario", conflicts_with_all = ["output", "json", "report"])]
     extract: Option<PathBuf>,
     #[command(flatten)]
     outputs: Outputs,
@@ -54,7 +54,7 @@ impl Arguments {
         self.check(&source)?;
         let ran = run::run(&source, catalog)?;
         if !ran.idle.is_empty() {
-            console.error(&did_nothing(&ran.idle).file(&source.file));
+            console.error(&did_nothing(&ran.idle, "[[effect]]").file(&source.file));
             return Ok(Exit::Idle);
         }
         let bytes = ran.mcap(&source)?;
@@ -83,8 +83,8 @@ impl Arguments {
         let read = if source.is_embedded { Vec::new() } else { vec![&source.file, &source.model_file] };
         self.outputs.check(read.iter().copied())?;
         if let Some(path) = &self.output {
-            let results = self.outputs.json.iter().chain(&self.outputs.report);
-            inputs::not_read(path, read.into_iter().chain(results))?;
+            inputs::not_read(path, read.into_iter())?;
+            self.outputs.written_once(path)?;
             inputs::writable_new(path, self.force)?;
         }
         Ok(())
@@ -121,15 +121,15 @@ fn list(console: &mut Console<'_>) -> Result<Exit, Error> {
     Ok(Exit::Pass)
 }
 
-/// The error of a fault that changed nothing.
-pub(super) fn did_nothing(idle: &[String]) -> Error {
+/// The error of a fault that changed nothing; `place` is where it was asked for.
+pub(super) fn did_nothing(idle: &[String], place: &str) -> Error {
     let names = idle.join(", ");
     let what = match idle {
         [_] => format!("the fault {names} did nothing: without it the log would be the same to the last bit"),
         _ => format!("the faults {names} did nothing: without each of them the log would be the same to the last bit"),
     };
     Error::new(what)
-        .place("[[effect]]")
+        .place(place)
         .help("let it act on what happens in the run: another size, another time, or take it out")
 }
 

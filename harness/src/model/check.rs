@@ -1,6 +1,6 @@
 //! What a number of a model may be.
 
-use super::effects::{List, check_effects};
+use super::effects::{DELAY_HELP, List, check_delays, check_effects, delays};
 use super::{CalibrationModel, Model, RigKind, RobotModel, TimingModel, place};
 use crate::error::Error;
 use serde::de::DeserializeOwned;
@@ -130,7 +130,14 @@ impl Model {
             return refuse(fault.key, fault.value, &fault.limit, fault.help);
         }
         self.check_parts(name, text)?;
-        check_effects(&List { effects: &self.effects.iter().collect::<Vec<_>>(), rig: self.rig, name, text, catalog })
+        check_effects(&List { effects: &self.effects.iter().collect::<Vec<_>>(), rig: self.rig, name, text, catalog })?;
+        if self.rig == RigKind::Docking {
+            check_delays(&self.timing, delays(self.effects.iter())).map_err(|(id, what)| {
+                let nth = self.effects.iter().position(|effect| effect.id == id).unwrap_or_default();
+                Error::new(what).file(name).span(text, place::in_effect(text, nth, Some("delay_s"))).help(DELAY_HELP)
+            })?;
+        }
+        Ok(())
     }
 
     /// The parts that the model chooses.

@@ -1,6 +1,6 @@
 //! Lists of effects: in a model what was added to it, in a scenario the faults.
 
-use super::{EffectModel, RigKind, place};
+use super::{EffectModel, RigKind, TimingModel, place};
 use crate::error::Error;
 use sim_core::effect::{Catalog, Where};
 use sim_core::space::Axis;
@@ -68,6 +68,46 @@ fn check_effect(list: &List<'_>, nth: usize) -> Result<(), Error> {
         }
     }
     Ok(())
+}
+
+/// A total delay may be this much below its limit: time is counted in nanoseconds.
+const ROUNDING_S: f64 = 1e-9;
+
+/// Refuses delays that with the effects on them come out shorter than any loop can have: `(effect, what is wrong)`. `late` are ids
+/// of effects with their delays in s; other effects count nothing.
+pub(crate) fn check_delays<'e>(
+    timing: &TimingModel,
+    late: impl Iterator<Item = (&'e str, f64)> + Clone,
+) -> Result<(), (&'static str, String)> {
+    let total_s = |id: &str, declared_s: f64| {
+        declared_s + late.clone().filter(|(other, _)| *other == id).map(|(_, delay_s)| delay_s).sum::<f64>()
+    };
+    let command_s = total_s("command-delay", timing.command_delay_s);
+    if command_s < timing.loop_period_s - ROUNDING_S {
+        let what = format!(
+            "the dead time of the command with command-delay is {command_s:.6} s, below one loop period, {} s",
+            timing.loop_period_s
+        );
+        return Err(("command-delay", what));
+    }
+    let readout_s = total_s("measurement-delay", timing.measurement_delay_s);
+    if readout_s < -ROUNDING_S {
+        let what = format!("the delay of the read-back with measurement-delay is {readout_s:.6} s, below 0");
+        return Err(("measurement-delay", what));
+    }
+    Ok(())
+}
+
+/// What to do about such a delay.
+pub(crate) const DELAY_HELP: &str =
+    "no pose comes before its command, nor a report before its pose: take less off, or correct the model's [timing]";
+
+/// The delays of the enabled effects of a file.
+pub(crate) fn delays<'e>(
+    effects: impl Iterator<Item = &'e EffectModel> + Clone,
+) -> impl Iterator<Item = (&'e str, f64)> + Clone {
+    let of = |effect: &'e EffectModel| Some((effect.id.as_str(), *effect.values.get("delay_s")?));
+    effects.filter(|effect| effect.enabled).filter_map(of)
 }
 
 /// 'Unknown effect x; did you mean y?'

@@ -11,6 +11,7 @@ use sim_core::plant::PointIntegrator;
 
 /// The model of the cell that this recording's operator describes.
 pub fn from_session(session: &Session) -> Result<Model, Error> {
+    session.along_one_axis()?;
     if session.kind == Kind::Drive {
         return drive(session);
     }

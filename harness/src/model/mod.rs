@@ -28,7 +28,7 @@ use check::Sign;
 pub use check::parsed;
 pub use edit::{Editor, EffectText};
 pub use effects::unknown_effect;
-pub(crate) use effects::{List, check_effects};
+pub(crate) use effects::{DELAY_HELP, List, check_delays, check_effects, delays};
 pub use init::from_session;
 pub(crate) use parts::Parts;
 pub use parts::{Device, LawModel, ReleaseModel};
@@ -272,7 +272,7 @@ impl Model {
             return Err(Error::new("the model has six axes, and this command works along one")
                 .file(name)
                 .span(text, span)
-                .help("run it as a scenario: dockhil run; a recording of that run gives a model along its axis: dockhil model init"));
+                .help("run it as a scenario: dockhil run; ask about its loop: dockhil stability MODEL.toml"));
         }
         let model: Model = parsed(name, text, "dockhil model schema")?;
         model.check(name, text, catalog)?;

@@ -60,7 +60,8 @@ pub fn write_mcap_with(session: &Session, luggage: &Luggage, out: impl Write + S
 
 /// How every recording of ours is written.
 pub(super) fn options() -> WriteOptions {
-    WriteOptions::new().profile("ros2").library("dockhil").chunk_size(Some(CHUNK_LENGTH)).compression_threads(0)
+    let library = concat!("dockhil ", env!("CARGO_PKG_VERSION"));
+    WriteOptions::new().profile("ros2").library(library).chunk_size(Some(CHUNK_LENGTH)).compression_threads(0)
 }
 
 pub(super) fn failed(error: mcap::McapError) -> Error {

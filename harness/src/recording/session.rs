@@ -190,6 +190,23 @@ impl Session {
         inner.split(',').map(|part| self.number(key, part)).collect()
     }
 
+    /// Refuses a recording of a run with six axes: what lies across the axis of approach would be missing from every answer.
+    ///
+    /// # Errors
+    /// When its session record says `axes`, and not 1.
+    pub fn along_one_axis(&self) -> Result<(), Error> {
+        match self.believed.get("axes").map(|axes| axes.trim()) {
+            None | Some("1") => Ok(()),
+            Some(axes) => Err(Error::new(format!("was recorded with {axes} axes, and this command works along one"))
+                .file(&self.file)
+                .place("metadata record `session`")
+                .help(
+                    "plot it, or run its scenario again with another model or fault: dockhil run SCENARIO --report FILE.html; \
+                     the loop of its model is answered by: dockhil stability MODEL.toml",
+                )),
+        }
+    }
+
     /// The last time of all series, in ns since [`Self::start_ns`].
     pub fn end_ns(&self) -> i64 {
         let ends = [

@@ -64,8 +64,14 @@ impl Clamp {
         chosen.kind.wires.iter().any(|wire| self.silences(*wire))
     }
 
-    /// Refuses a fault that the clamp would silence.
+    /// Refuses a fault that the clamp would silence, and one that acts on the recorder: the stamps stay those of the recording.
     pub fn check(self, faults: &[Fault]) -> Result<(), Error> {
+        if let Some(fault) = faults.iter().find(|fault| fault.chosen.kind.wires.contains(&Wire::Recorder)) {
+            let id = &fault.chosen.kind.id;
+            return Err(Error::new(format!("effect {id} acts on the recorder, whose stamps a replay does not change"))
+                .place(format!("--with {id}"))
+                .help("put it into a scenario, as [[effect]], and run that: dockhil run SCENARIO.toml -o OUT.mcap"));
+        }
         let Some(fault) = faults.iter().find(|fault| self.silences_effect(&fault.chosen)) else { return Ok(()) };
         let id = &fault.chosen.kind.id;
         let wires: Vec<&str> = fault.chosen.kind.wires.iter().map(|wire| wire.name()).collect();

@@ -18,7 +18,7 @@ pub mod page;
 pub use change::{First, Stream};
 pub use clamp::Clamp;
 pub use made::Made;
-pub use own::Own;
+pub use own::{Earlier, Own};
 
 use crate::case::Case;
 use crate::error::Error;
@@ -28,7 +28,6 @@ use crate::scenario::Fault;
 use crate::scenario::run::RECORD;
 use sim_core::effect::Catalog;
 use sim_core::space::Axis;
-use std::collections::BTreeMap;
 
 /// Name of the metadata record that says how a replay was made.
 pub const REPLAY_RECORD: &str = "dockhil.replay";
@@ -46,6 +45,8 @@ pub struct Request<'a> {
     pub catalog: &'a Catalog<Axis>,
     /// What the recording was made from, if it is one of ours.
     pub own: Option<&'a Own>,
+    /// What the recording was made with, if it is itself a replay.
+    pub earlier: Option<&'a Earlier>,
     /// What is taken from the recording.
     pub clamp: Clamp,
     /// Faults that are put in.
@@ -120,16 +121,11 @@ impl Replayed {
         all.min_by(|(_, one), (_, other)| one.time_s.total_cmp(&other.time_s))
     }
 
-    /// The recording with what the model made in it.
+    /// The recording with what the model made in it; `added` says how, and holds the model.
     ///
     /// # Errors
     /// When the recording has other axes or units than ours, or is no whole file.
-    pub fn mcap(
-        &self,
-        request: &Request<'_>,
-        bytes: &[u8],
-        record: BTreeMap<String, String>,
-    ) -> Result<(Vec<u8>, Copied), Error> {
+    pub fn mcap(&self, request: &Request<'_>, bytes: &[u8], added: &Luggage) -> Result<(Vec<u8>, Copied), Error> {
         let map = request.map;
         let usual = Map::default();
         if map.sensor != usual.sensor || map.axis != usual.axis {
@@ -165,10 +161,9 @@ impl Replayed {
             numbers[2] = new;
             Some(numbers)
         };
-        let added = Luggage { metadata: vec![(REPLAY_RECORD.to_owned(), record)], files: Vec::new() };
         let mut out = std::io::Cursor::new(Vec::new());
         let copied =
-            rewrite(bytes, &mut replace, &added, &[RECORD], &mut out).map_err(|error| error.file(&session.file))?;
+            rewrite(bytes, &mut replace, added, &[RECORD], &mut out).map_err(|error| error.file(&session.file))?;
         Ok((out.into_inner(), copied))
     }
 }

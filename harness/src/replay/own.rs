@@ -1,5 +1,7 @@
-//! Recordings that `dockhil run` made: they carry what they were made from, and can be made again to the last bit.
+//! Recordings that `dockhil run` made: they carry what they were made from, and can be made again to the last bit. Recordings that
+//! a replay left carry the model of that replay, and no more: they are replayed as any other recording.
 
+use super::REPLAY_RECORD;
 use crate::error::Error;
 use crate::files::sha256_hex;
 use crate::recording::Luggage;
@@ -52,5 +54,28 @@ impl Own {
             is_embedded: true,
         };
         Ok(Some(Own { source, fingerprint: key("fingerprint")?, version: key("version")?, model_sha256 }))
+    }
+}
+
+/// What a replay that was saved was made with.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Earlier {
+    /// What was clamped.
+    pub clamp: String,
+    /// The faults that were put in, in words; empty if there were none.
+    pub faults: String,
+    /// The text of its model, if it is attached and the one that the record names.
+    pub model_text: Option<String>,
+}
+
+impl Earlier {
+    /// Looks for the record of a replay.
+    pub fn find(luggage: &Luggage) -> Option<Self> {
+        let (_, record) = luggage.metadata.iter().find(|(name, _)| name == REPLAY_RECORD)?;
+        let key = |key: &str| record.get(key).cloned().unwrap_or_default();
+        let named = key("model_sha256");
+        let files = luggage.files.iter().filter(|(name, bytes)| name == MODEL_FILE && sha256_hex(bytes) == named);
+        let model_text = files.filter_map(|(_, bytes)| String::from_utf8(bytes.clone()).ok()).next();
+        Some(Earlier { clamp: key("clamp"), faults: key("faults"), model_text })
     }
 }

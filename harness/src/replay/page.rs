@@ -1,6 +1,7 @@
 //! The page of a replay: criteria, then what changed, stream by stream.
 
 use super::{Clamp, First, Replayed, Request, Stream};
+use crate::recording::Grade;
 use crate::report::story::words::{Scale, counted};
 use crate::report::{Page, PlotGroup, Role, Row, Section, Table, Tone};
 use crate::scenario::page::{columns, curve, panel, summary, tone, verdict_tables};
@@ -28,7 +29,7 @@ pub fn page(
         verdict: if diverged.is_some() {
             "diverged: it must be the same, and is not".to_owned()
         } else {
-            summary(verdicts)
+            format!("{}{}", summary(verdicts), graded(request))
         },
         sentences: sentences(request, replayed),
         command: command.to_owned(),
@@ -42,6 +43,14 @@ pub fn page(
     }
 }
 
+/// The grade of a recording that is not whole.
+fn graded(request: &Request<'_>) -> String {
+    match request.session.grade {
+        Grade::A => String::new(),
+        grade => format!(" (grade {grade:?})"),
+    }
+}
+
 fn sentences(request: &Request<'_>, replayed: &Replayed) -> Vec<String> {
     let clamped = match request.clamp {
         Clamp::Nothing => "Nothing is clamped: the satellites react.",
@@ -49,7 +58,15 @@ fn sentences(request: &Request<'_>, replayed: &Replayed) -> Vec<String> {
         Clamp::Achieved => "The pose is clamped to the recording: contact and sensor react.",
         Clamp::Sensed => "The force is clamped to the recording: the satellites react, our own software alone.",
     };
+    let session = request.session;
     let mut all = vec![clamped.to_owned()];
+    if session.grade != Grade::A {
+        all.insert(0, format!("The recording has grade {:?}: {}.", session.grade, session.grade.about()));
+    }
+    if let Some(earlier) = request.earlier {
+        let faults = if earlier.faults.is_empty() { "no faults" } else { earlier.faults.as_str() };
+        all.insert(0, format!("The recording is itself a replay: clamp {}, put in: {faults}.", earlier.clamp));
+    }
     all.extend(request.faults.iter().map(|fault| format!("Put in: {}.", fault.words())));
     let unused: Vec<String> = request
         .model

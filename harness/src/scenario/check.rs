@@ -2,7 +2,9 @@
 
 use super::{Components, FaultModel, Scenario, library::Source};
 use crate::error::Error;
-use crate::model::{EffectModel, List, Model, RigKind, check_effects, place};
+use crate::model::{
+    DELAY_HELP, EffectModel, List, Model, RigKind, TimingModel, check_delays, check_effects, delays, place,
+};
 use sim_core::effect::Catalog;
 use sim_core::signals::Wire;
 use sim_core::space::Axis;
@@ -11,6 +13,9 @@ use sim_core::space::Axis;
 const DURATION_MAX_S: f64 = 3600.0;
 /// Fewer ticks of the loop are no run.
 const TICKS_MIN: f64 = 20.0;
+/// A length is a whole number of ticks up to this share of one: a decimal fraction of a second is rounded, 14 million ticks to
+/// some 1e-9.
+const TICK_ROUNDING: f64 = 1e-6;
 /// Furthest start, in m: the rail of the facility is 25 m long.
 const DISTANCE_MAX_M: f64 = 25.0;
 /// Fastest start, in m/s; docking is a hundred times slower.
@@ -129,18 +134,26 @@ impl Scenario {
                 "leave it out, or name a model with rig = \"docking-space\"",
             );
         }
-        self.check_faults(source, &model.effects, catalog)
+        self.check_faults(source, &model.effects, &model.timing, catalog)
     }
 
-    /// Whether the run is long enough for the loop.
+    /// Whether the run is long enough for the loop, and ends with a tick of it.
     pub(super) fn check_length(&self, source: &Source, loop_period_s: f64) -> Result<(), Error> {
-        let least_s = TICKS_MIN * loop_period_s;
-        if self.duration_s >= least_s {
+        let (asked_s, least_s) = (self.duration_s, TICKS_MIN * loop_period_s);
+        let ticks = asked_s / loop_period_s;
+        let (what, help) = if asked_s < least_s {
+            let what = format!("duration_s = {asked_s} s is below {least_s} s, {TICKS_MIN} ticks of the loop");
+            (what, "give a longer run".to_owned())
+        } else if (ticks - ticks.round()).abs() > TICK_ROUNDING {
+            let near = |ticks: f64| (ticks * loop_period_s * 1e9).round() / 1e9;
+            let what =
+                format!("duration_s = {asked_s} s is no whole number of ticks of the loop, {loop_period_s} s each");
+            (what, format!("give {} or {} s", near(ticks.floor()), near(ticks.ceil())))
+        } else {
             return Ok(());
-        }
-        let what = format!("duration_s = {} s is below {least_s} s, {TICKS_MIN} ticks of the loop", self.duration_s);
+        };
         let span = place::of_key(&source.text, "duration_s");
-        Err(Error::new(what).file(&source.file).span(&source.text, span).help("give a longer run"))
+        Err(Error::new(what).file(&source.file).span(&source.text, span).help(help))
     }
 
     /// The faults, beside the effects of the model.
@@ -148,6 +161,7 @@ impl Scenario {
         &self,
         source: &Source,
         own: &[EffectModel],
+        timing: &TimingModel,
         catalog: &Catalog<Axis>,
     ) -> Result<(), Error> {
         let (file, text) = (source.file.display().to_string(), source.text.as_str());
@@ -170,6 +184,11 @@ impl Scenario {
                 return refuse(at(Some("from_s")), what, "leave from_s and until_s out");
             }
         }
-        Ok(())
+        let all = own.iter().chain(faults);
+        let Err((id, what)) = check_delays(timing, delays(all)) else { return Ok(()) };
+        match self.faults.iter().position(|fault| fault.effect.id == id) {
+            Some(nth) => refuse(place::in_effect(text, nth, Some("delay_s")), what, DELAY_HELP),
+            None => Err(Error::new(what).file(&source.model_file).place(format!("[[effect]] {id}")).help(DELAY_HELP)),
+        }
     }
 }

@@ -82,7 +82,7 @@ impl Source {
         let scenario = Scenario::parse(&self.file.display().to_string(), &self.text)?;
         let model = SpaceModel::parse(&self.model_file.display().to_string(), &self.model_text, catalog)?;
         scenario.check_length(self, model.timing.loop_period_s)?;
-        scenario.check_faults(self, &model.effects, catalog)?;
+        scenario.check_faults(self, &model.effects, &model.timing, catalog)?;
         Ok((scenario, model))
     }
 

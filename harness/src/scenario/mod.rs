@@ -143,9 +143,9 @@ impl Scenario {
         self.epoch_s as i64 * 1_000_000_000
     }
 
-    /// The end of the run: a whole number of ticks of the loop.
+    /// The end of the run: a whole number of ticks of the loop, as the check has made sure.
     fn until(&self, loop_period: Nanos) -> Nanos {
-        let ticks = libm::floor(self.duration_s / loop_period.seconds() + 1e-6) as i64;
+        let ticks = libm::round(self.duration_s / loop_period.seconds()) as i64;
         Nanos(ticks * loop_period.0)
     }
 

@@ -1,7 +1,7 @@
 //! A run with six axes.
 //!
-//! Its recording holds whole poses, twists and wrenches. The session record says what an operator believes along the axis of
-//! approach, so that the commands for one axis read it too: what lies across that axis is then missing from their model.
+//! Its recording holds whole poses, twists and wrenches. The session record says `axes`, so that the commands that work along one
+//! axis refuse it, and what an operator believes along the axis of approach, for who reads it elsewhere.
 
 use super::page::{MM_PER_M, curve, over_time, panel};
 use super::run::{Ran, TRAVEL_MAX_M, contact_s, cut, idle, kind};
