@@ -35,8 +35,8 @@ impl Arguments {
     pub fn run(&self, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Exit, Error> {
         self.outputs.check(self.test.iter().chain(&self.aux).chain([&self.model]).chain(&self.reading.map))?;
         let model = inputs::running_model(&self.model, catalog)?;
-        let aux = self.reading.sessions(&self.aux, console)?;
-        let test = self.reading.sessions(&self.test, console)?;
+        let aux = self.reading.sessions_along(&self.aux, console)?;
+        let test = self.reading.sessions_along(&self.test, console)?;
         inputs::apart(&aux, &test)?;
         let progress = console.progress();
         progress.say("scoring the test recordings, step by step");

@@ -130,6 +130,9 @@ impl RobotModel {
     }
 }
 
+/// A stated delay this many standard deviations from the identified one, or nearer, is confirmed by it, and is kept: it is what
+/// the cell's own software believes to the last digit.
+const CONFIRMED_SD: f64 = 3.0;
 /// The effect that a lag becomes in the loop.
 const LAG: &str = "robot-second-order";
 
@@ -147,6 +150,12 @@ impl Model {
             return refuse("a drive has no robot".to_owned(), "take the table out, or set rig = \"docking\"");
         }
         let timing = &mut self.timing;
+        let stated_s = timing.command_delay_s + timing.measurement_delay_s;
+        let confirms =
+            |dead_time_s: f64| (dead_time_s - stated_s).abs() <= CONFIRMED_SD * axis.dead_time_sd_s.unwrap_or(0.0);
+        if axis.form == RobotForm::DeadTime && axis.dead_time_s.is_some_and(confirms) {
+            return Ok(self);
+        }
         let command_s = axis.dead_time_s.unwrap_or(0.0) - timing.measurement_delay_s;
         if command_s < timing.loop_period_s {
             let (readback_s, period_s) = (timing.measurement_delay_s, timing.loop_period_s);
@@ -200,6 +209,9 @@ mod tests {
         assert_eq!(bare.clone().with_identified_robot().unwrap(), bare, "no robot, no change");
         let late = model("[robot.z]\nform = \"dead-time\"\ndead_time_s = 0.04\n").with_identified_robot().unwrap();
         assert!((late.timing.command_delay_s - 0.024).abs() < 1e-15 && late.effects.is_empty());
+        let same = "[robot.z]\nform = \"dead-time\"\ndead_time_s = 0.03201\ndead_time_sd_s = 0.00001\n";
+        let same = model(same).with_identified_robot().unwrap();
+        assert_eq!(same.timing, bare.timing, "a stated delay that is confirmed is kept");
         let lag = "natural_frequency_hz = 10.0\ndamping_ratio = 0.5\ndead_time_s = 0.024\n";
         let lag = model(&format!("[robot.z]\nform = \"lag-and-dead-time\"\n{lag}")).with_identified_robot().unwrap();
         assert!((lag.timing.command_delay_s - 0.008).abs() < 1e-15);

@@ -148,7 +148,7 @@ fn resumed_until(run: &Observation<'_>, along: &Along<'_>, first_s: f64) -> Resu
     let felt_n = least_n.max(rounding_n(sensed));
     let touches = run.sensor_time.iter().zip(sensed).filter(|(_, force)| **force > felt_n);
     // What the satellites feel is late. A virtual contact is felt by them alone.
-    let touched_s = touches.map(|(time, _)| time.seconds() + SETTLE_S).last().unwrap_or(f64::INFINITY);
+    let touched_s = touches.map(|(time, _)| time.seconds() + SETTLE_S).next_back().unwrap_or(f64::INFINITY);
     let net = along.net_load(run.mass_kg, run.tick_s()?)?;
     // From where the force at f = 0 is below noise: the line to no force leads some ticks beyond the threshold.
     let ticks = run.ticks(first_s, touched_s);

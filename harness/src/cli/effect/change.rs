@@ -36,7 +36,7 @@ pub fn add(add: &Add, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Res
     must_hold(&editor, &ids, &add.model)?;
     valid(&editor, &add.model, catalog)?;
     if !add.fit.is_empty() {
-        let sessions = add.reading.sessions(&add.fit, console)?;
+        let sessions = add.reading.sessions_along(&add.fit, console)?;
         let progress = console.progress();
         said = fit_into(&mut editor, &ids, &sessions, catalog, &progress)?;
     }
@@ -59,7 +59,7 @@ pub fn remove(remove: &Remove, catalog: &Catalog<Axis>, console: &mut Console<'_
 pub fn fit(fit: &Fit, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<(), Error> {
     let mut editor = Editor::open(&fit.model, catalog)?;
     must_hold(&editor, &fit.effects, &fit.model)?;
-    let sessions = fit.reading.sessions(&fit.learn, console)?;
+    let sessions = fit.reading.sessions_along(&fit.learn, console)?;
     let progress = console.progress();
     let said = fit_into(&mut editor, &fit.effects, &sessions, catalog, &progress)?;
     editor.save(catalog)?;
