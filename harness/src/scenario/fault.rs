@@ -5,7 +5,7 @@
 
 use super::FaultModel;
 use crate::model::Chosen;
-use sim_core::effect::{Attached, Catalog, Context, Effect, Kind, Rates, kind_along};
+use sim_core::effect::{Attached, Catalog, Context, Effect, Kind, Rates, Reads, kind_along};
 use sim_core::signals::{ContactForce, Received, Signals};
 use sim_core::space::{Axis, AxisMotion, AxisTouch, Spatial};
 use std::sync::Arc;
@@ -117,8 +117,8 @@ impl Effect<Axis> for Timed {
     fn sensed(&self, context: Context<'_>, seen: &Signals<Axis>, out: &mut f64) {
         self.work(context, out, |context, out| self.inner.sensed(context, seen, out));
     }
-    fn reads_acceleration(&self) -> bool {
-        self.inner.reads_acceleration()
+    fn reads(&self) -> Reads {
+        self.inner.reads()
     }
     fn stamp_offset_s(&self) -> f64 {
         self.inner.stamp_offset_s()

@@ -5,6 +5,7 @@ use super::memories::Memories;
 use super::{Clamps, ClosedLoop, Start};
 use crate::compensator::{Compensator, Heard};
 use crate::contact::ContactLaw;
+use crate::effect::Reads;
 use crate::force_sensor::{ForceSensor, Noisy};
 use crate::geometry::Geometry;
 use crate::plant::Plant;
@@ -25,6 +26,8 @@ pub(super) struct Run<'a, S: Space, R: Rig<S>, const EFFECTS: bool, const CLAMPE
     columns: Columns,
     /// Whether anything reads the robot's acceleration.
     accelerated: bool,
+    /// Whether the read-back is looked at between the ticks of the loop.
+    watched: bool,
     silent: bool,
     signals: Signals<S>,
     memories: Memories,
@@ -44,9 +47,10 @@ impl<'a, S: Space, R: Rig<S>, const EFFECTS: bool, const CLAMPED: bool> Run<'a, 
         let (rig, rates) = (of.rig, &of.rates);
         let signals = first_signals(rig, start, clamps);
         let first_due_s = rig.link().due_s(rates.loop_phase, &signals.received);
+        let reads = of.effects.iter().map(|attached| attached.effect.reads()).max().unwrap_or(Reads::Loads);
         let accelerated = columns.achieved
             || columns.measured
-            || of.effects.iter().any(|attached| attached.effect.reads_acceleration())
+            || reads == Reads::Accelerations
             || rig.sensor().reads_acceleration()
             || rig.compensator().reads_acceleration();
         Run {
@@ -55,6 +59,7 @@ impl<'a, S: Space, R: Rig<S>, const EFFECTS: bool, const CLAMPED: bool> Run<'a, 
             clamps,
             columns,
             accelerated,
+            watched: columns.measured || reads != Reads::Loads || !of.on[2].is_empty(),
             silent: S::Wrench::silent(&start.noise),
             memories: Memories::new(of.effects, rates, start, &signals),
             satellites: rig.plant().start(&start.first),
@@ -181,10 +186,10 @@ impl<'a, S: Space, R: Rig<S>, const EFFECTS: bool, const CLAMPED: bool> Run<'a, 
         if !self.reads_back() {
             return;
         }
-        if EFFECTS || loop_ticks || (CLAMPED && self.columns.measured) {
+        if loop_ticks || ((EFFECTS || CLAMPED) && self.watched) {
             self.signals.measured = self.history.read(achieved);
         }
-        if EFFECTS {
+        if EFFECTS && !self.of.on[2].is_empty() {
             self.memories.each(self.of.effects, &self.of.on[2], step, |effect, context| {
                 let mut out = self.signals.measured;
                 effect.measured(context, &self.signals, &mut out);

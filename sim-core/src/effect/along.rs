@@ -16,7 +16,7 @@
 //!
 //! Not modelled: the effect across the axis. A lag of the robot or a late read-back acts on z and pitch alone.
 
-use super::{Catalog, Context, Effect, Kind, Rates};
+use super::{Catalog, Context, Effect, Kind, Rates, Reads};
 use crate::signals::{ContactForce, Received, Signals};
 use crate::space::{Axis, AxisMotion, Motion, Spatial, Touch, Wrench, turn_between, turned};
 use alloc::boxed::Box;
@@ -70,17 +70,24 @@ fn contact_along(touch: &Touch, contact: &ContactForce<Spatial>) -> ContactForce
     }
 }
 
+fn loads_along(signals: &Signals<Spatial>) -> Signals<Axis> {
+    Signals {
+        touch: signals.touch.along_normal(),
+        contact: contact_along(&signals.touch, &signals.contact),
+        interface: -signals.interface.force_n.z,
+        sensed: signals.sensed.force_n.z,
+        feedback: -signals.feedback.force_n.z,
+        ..Signals::default()
+    }
+}
+
 fn signals_along(signals: &Signals<Spatial>) -> Signals<Axis> {
     Signals {
         commanded: motion_along(&signals.commanded),
         received: received_along(&signals.received),
         achieved: motion_along(&signals.achieved),
         measured: motion_along(&signals.measured),
-        touch: signals.touch.along_normal(),
-        contact: contact_along(&signals.touch, &signals.contact),
-        interface: -signals.interface.force_n.z,
-        sensed: signals.sensed.force_n.z,
-        feedback: -signals.feedback.force_n.z,
+        ..loads_along(signals)
     }
 }
 
@@ -106,6 +113,13 @@ fn add_along(touch: &Touch, term: &mut Wrench, change_n: f64) {
     }
 }
 
+impl Along {
+    /// What the effect sees. A motion costs the turn from alignment, four times a call: only who reads motions gets them.
+    fn seen(&self, signals: &Signals<Spatial>) -> Signals<Axis> {
+        if self.0.reads() == Reads::Loads { loads_along(signals) } else { signals_along(signals) }
+    }
+}
+
 impl Effect<Spatial> for Along {
     fn memory(&self, rates: &Rates) -> usize {
         self.0.memory(rates)
@@ -118,7 +132,7 @@ impl Effect<Spatial> for Along {
     fn received(&self, context: Context<'_>, seen: &Signals<Spatial>, out: &mut Received<Spatial>) {
         let before = received_along(out);
         let mut after = before;
-        self.0.received(context, &signals_along(seen), &mut after);
+        self.0.received(context, &self.seen(seen), &mut after);
         if after.lost && !before.lost {
             // The wire still holds the packet of the tick before: that one counts, in every axis.
             out.motion = seen.received.motion;
@@ -128,36 +142,36 @@ impl Effect<Spatial> for Along {
     }
 
     fn achieved(&self, context: Context<'_>, seen: &Signals<Spatial>, out: &mut Motion) {
-        rewrite(out, |motion| self.0.achieved(context, &signals_along(seen), motion));
+        rewrite(out, |motion| self.0.achieved(context, &self.seen(seen), motion));
     }
 
     fn measured(&self, context: Context<'_>, seen: &Signals<Spatial>, out: &mut Motion) {
-        rewrite(out, |motion| self.0.measured(context, &signals_along(seen), motion));
+        rewrite(out, |motion| self.0.measured(context, &self.seen(seen), motion));
     }
 
     fn touch(&self, context: Context<'_>, seen: &Signals<Spatial>, out: &mut Touch) {
         let mut along = out.along_normal();
-        self.0.touch(context, &signals_along(seen), &mut along);
+        self.0.touch(context, &self.seen(seen), &mut along);
         (out.depth_m, out.rate_m_per_s) = (along.depth_m, along.rate_m_per_s);
     }
 
     fn contact(&self, context: Context<'_>, seen: &Signals<Spatial>, out: &mut ContactForce<Spatial>) {
         let before = contact_along(&seen.touch, out);
         let mut after = before;
-        self.0.contact(context, &signals_along(seen), &mut after);
+        self.0.contact(context, &self.seen(seen), &mut after);
         add_along(&seen.touch, &mut out.elastic, after.elastic - before.elastic);
         add_along(&seen.touch, &mut out.dissipative, after.dissipative - before.dissipative);
     }
 
     fn sensed(&self, context: Context<'_>, seen: &Signals<Spatial>, out: &mut Wrench) {
-        self.0.sensed(context, &signals_along(seen), &mut out.force_n.z);
+        self.0.sensed(context, &self.seen(seen), &mut out.force_n.z);
     }
 
     fn stamp_offset_s(&self) -> f64 {
         self.0.stamp_offset_s()
     }
 
-    fn reads_acceleration(&self) -> bool {
-        self.0.reads_acceleration()
+    fn reads(&self) -> Reads {
+        self.0.reads()
     }
 }

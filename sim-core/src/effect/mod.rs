@@ -61,6 +61,17 @@ pub struct Context<'a> {
     pub random: &'a mut Stream,
 }
 
+/// What of the signals an effect looks at; each includes those before it. What nobody reads may be old.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Reads {
+    /// Touch and loads.
+    Loads,
+    /// Motions too, but no acceleration.
+    Motions,
+    /// Everything.
+    Accelerations,
+}
+
 /// Something that the nominal model leaves out, or that somebody put in to see what happens.
 ///
 /// Implement [`Effect::memory`] and [`Effect::begin`] if it looks back, and the method of each wire that it rewrites.
@@ -83,9 +94,9 @@ pub trait Effect<S: Space>: Send + Sync {
     fn contact(&self, _context: Context<'_>, _seen: &Signals<S>, _out: &mut ContactForce<S>) {}
     /// Rewrites the sensor's analogue reading, at each physics step.
     fn sensed(&self, _context: Context<'_>, _seen: &Signals<S>, _out: &mut S::Wrench) {}
-    /// Whether it looks at an acceleration; an effect that says no spares a run its computation.
-    fn reads_acceleration(&self) -> bool {
-        true
+    /// What it looks at besides its own wires; an effect that needs little spares a run the rest.
+    fn reads(&self) -> Reads {
+        Reads::Accelerations
     }
     /// By how much the recorder's stamps of the force stream are late against the robot's stream, in s.
     fn stamp_offset_s(&self) -> f64 {

@@ -8,7 +8,7 @@
 //! Passive as long as the law's own damping plus c is not negative. Not modelled: dry friction that differs by direction.
 //! Confused with: dry friction and a constant force, at one speed.
 
-use crate::effect::{Context, Effect, Family, Kind, Param, Verified, Where};
+use crate::effect::{Context, Effect, Family, Kind, Param, Reads, Verified, Where};
 use crate::signals::{ContactForce, Signals, Wire};
 use crate::space::Axis;
 use alloc::boxed::Box;
@@ -24,8 +24,8 @@ impl Effect<Axis> for AsymmetricDamping {
         out.dissipative += self.damping_n_s_per_m * seen.touch.rate_m_per_s.min(0.0);
     }
 
-    fn reads_acceleration(&self) -> bool {
-        false
+    fn reads(&self) -> Reads {
+        Reads::Loads
     }
 }
 

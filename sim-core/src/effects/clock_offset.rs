@@ -8,7 +8,7 @@
 //! otherwise, shows it alone. Not modelled: skew (1 to 100 ppm). Confused with: force delay and measurement delay, in contact
 //! data alone; these are felt by the loop.
 
-use crate::effect::{Effect, Family, Kind, Param, Verified, Where};
+use crate::effect::{Effect, Family, Kind, Param, Reads, Verified, Where};
 use crate::signals::Wire;
 use crate::space::Axis;
 use alloc::boxed::Box;
@@ -24,8 +24,8 @@ impl Effect<Axis> for ClockOffset {
         self.offset_s
     }
 
-    fn reads_acceleration(&self) -> bool {
-        false
+    fn reads(&self) -> Reads {
+        Reads::Loads
     }
 }
 

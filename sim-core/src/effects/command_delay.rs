@@ -7,7 +7,7 @@
 //! Not modelled: jitter. Confused with: {read-out delay δ together with force delay δ}, which gives the same log to the last
 //! bit; a laser tracker on the robot would split them.
 
-use crate::effect::{Context, Effect, Family, Kind, Param, Verified, Where};
+use crate::effect::{Context, Effect, Family, Kind, Param, Reads, Verified, Where};
 use crate::signals::{Received, Signals, Wire};
 use crate::space::Axis;
 use alloc::boxed::Box;
@@ -23,8 +23,8 @@ impl Effect<Axis> for CommandDelay {
         out.late_s += self.delay_s;
     }
 
-    fn reads_acceleration(&self) -> bool {
-        false
+    fn reads(&self) -> Reads {
+        Reads::Loads
     }
 }
 

@@ -8,7 +8,7 @@
 //! alone makes the mean later. Not modelled: bursts, a floor that lateness cannot go below. Confused with: read-out noise,
 //! which does not vanish at rest; lost packets, which come in whole ticks.
 
-use crate::effect::{Context, Effect, Family, Kind, Param, Verified, Where};
+use crate::effect::{Context, Effect, Family, Kind, Param, Reads, Verified, Where};
 use crate::signals::{Received, Signals, Wire};
 use crate::space::Axis;
 use alloc::boxed::Box;
@@ -24,8 +24,8 @@ impl Effect<Axis> for CommandJitter {
         out.late_s += self.sigma_s * context.random.normal();
     }
 
-    fn reads_acceleration(&self) -> bool {
-        false
+    fn reads(&self) -> Reads {
+        Reads::Loads
     }
 }
 

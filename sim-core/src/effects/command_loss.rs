@@ -10,7 +10,7 @@
 //! The packet before the first tick is the first command. Not modelled: a robot that stops after too many losses, extrapolation
 //! by the robot, losses on the way back. Confused with: jitter, and on average with a delay of `T (p / (p + q)) / q`.
 
-use crate::effect::{Context, Effect, Family, Kind, Param, Rates, Verified, Where};
+use crate::effect::{Context, Effect, Family, Kind, Param, Rates, Reads, Verified, Where};
 use crate::signals::{Received, Signals, Wire};
 use crate::space::{Axis, AxisMotion};
 use alloc::boxed::Box;
@@ -47,8 +47,8 @@ impl Effect<Axis> for CommandLoss {
         }
     }
 
-    fn reads_acceleration(&self) -> bool {
-        false
+    fn reads(&self) -> Reads {
+        Reads::Loads
     }
 }
 

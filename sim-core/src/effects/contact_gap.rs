@@ -9,7 +9,7 @@
 //! Not modelled: play that depends on the direction. Confused with: a force bias of -k g while in contact, which also shows
 //! outside it; at one speed with preload and dead zone.
 
-use crate::effect::{Context, Effect, Family, Kind, Param, Verified, Where};
+use crate::effect::{Context, Effect, Family, Kind, Param, Reads, Verified, Where};
 use crate::signals::{Signals, Wire};
 use crate::space::{Axis, AxisTouch};
 use alloc::boxed::Box;
@@ -25,8 +25,8 @@ impl Effect<Axis> for ContactGap {
         out.depth_m -= self.gap_m;
     }
 
-    fn reads_acceleration(&self) -> bool {
-        false
+    fn reads(&self) -> Reads {
+        Reads::Loads
     }
 }
 

@@ -8,7 +8,7 @@
 //! Not modelled: the steep but finite slope up to F₀, friction in the preloaded seat. Confused with: a gap (-F₀ / k), which also
 //! moves the onset; a force bias, which also shows outside contact; dry friction, which changes its sign.
 
-use crate::effect::{Context, Effect, Family, Kind, Param, Verified, Where};
+use crate::effect::{Context, Effect, Family, Kind, Param, Reads, Verified, Where};
 use crate::signals::{ContactForce, Signals, Wire};
 use crate::space::Axis;
 use alloc::boxed::Box;
@@ -26,8 +26,8 @@ impl Effect<Axis> for ContactPreload {
         }
     }
 
-    fn reads_acceleration(&self) -> bool {
-        false
+    fn reads(&self) -> Reads {
+        Reads::Loads
     }
 }
 

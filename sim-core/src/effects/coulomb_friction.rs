@@ -8,7 +8,7 @@
 //!
 //! Not modelled: breakaway, Stribeck. Confused with: hysteresis (rounded corners), damping at one speed.
 
-use crate::effect::{Context, Effect, Family, Kind, Param, Verified, Where};
+use crate::effect::{Context, Effect, Family, Kind, Param, Reads, Verified, Where};
 use crate::signals::{ContactForce, Signals, Wire};
 use crate::space::Axis;
 use alloc::boxed::Box;
@@ -25,8 +25,8 @@ impl Effect<Axis> for CoulombFriction {
         out.dissipative += self.force_n * libm::tanh(seen.touch.rate_m_per_s / self.smoothing_m_per_s);
     }
 
-    fn reads_acceleration(&self) -> bool {
-        false
+    fn reads(&self) -> Reads {
+        Reads::Loads
     }
 }
 

@@ -10,7 +10,7 @@
 //! the spring itself does not. Not modelled: damping of the stop. Confused with: cubic hardening, power law, which have no
 //! kink.
 
-use crate::effect::{Context, Effect, Family, Kind, Param, Verified, Where};
+use crate::effect::{Context, Effect, Family, Kind, Param, Reads, Verified, Where};
 use crate::signals::{ContactForce, Signals, Wire};
 use crate::space::Axis;
 use alloc::boxed::Box;
@@ -27,8 +27,8 @@ impl Effect<Axis> for EndStop {
         out.elastic += self.stiffness_n_per_m * (seen.touch.depth_m - self.depth_m).max(0.0);
     }
 
-    fn reads_acceleration(&self) -> bool {
-        false
+    fn reads(&self) -> Reads {
+        Reads::Loads
     }
 }
 

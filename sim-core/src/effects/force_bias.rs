@@ -9,7 +9,7 @@
 //! change with time, see the drift. Confused with: the weight of an undeclared tool at a single attitude; a gap of the contact,
 //! which shows inside it only.
 
-use crate::effect::{Context, Effect, Family, Kind, Param, Verified, Where};
+use crate::effect::{Context, Effect, Family, Kind, Param, Reads, Verified, Where};
 use crate::signals::{Signals, Wire};
 use crate::space::Axis;
 use alloc::boxed::Box;
@@ -25,8 +25,8 @@ impl Effect<Axis> for ForceBias {
         *out += self.force_n;
     }
 
-    fn reads_acceleration(&self) -> bool {
-        false
+    fn reads(&self) -> Reads {
+        Reads::Loads
     }
 }
 

@@ -9,7 +9,7 @@
 //! Not modelled: a drift that settles, dependence on temperature. Confused with: the weight of the tool while the attitude
 //! changes steadily, creep of the device (in contact only).
 
-use crate::effect::{Context, Effect, Family, Kind, Param, Verified, Where};
+use crate::effect::{Context, Effect, Family, Kind, Param, Reads, Verified, Where};
 use crate::signals::{Signals, Wire};
 use crate::space::Axis;
 use alloc::boxed::Box;
@@ -25,8 +25,8 @@ impl Effect<Axis> for ForceBiasDrift {
         *out += self.rate_n_per_s * context.step.now.seconds();
     }
 
-    fn reads_acceleration(&self) -> bool {
-        false
+    fn reads(&self) -> Reads {
+        Reads::Loads
     }
 }
 

@@ -12,7 +12,7 @@
 //! and {this together with measurement delay δ} is {command delay δ}, to the last bit.
 
 use crate::delay;
-use crate::effect::{Context, Effect, Family, Kind, Param, Rates, Verified, Where};
+use crate::effect::{Context, Effect, Family, Kind, Param, Rates, Reads, Verified, Where};
 use crate::signals::{Signals, Wire};
 use crate::space::Axis;
 use alloc::boxed::Box;
@@ -37,8 +37,8 @@ impl Effect<Axis> for ForceDelay {
         *out = delay::push_and_read(context.memory, *out, steps);
     }
 
-    fn reads_acceleration(&self) -> bool {
-        false
+    fn reads(&self) -> Reads {
+        Reads::Loads
     }
 }
 

@@ -13,7 +13,7 @@
 //! Not modelled: under-damped filters, aliasing. Confused with: a force delay of order × τ, which shifts the onset instead of
 //! rounding it; in slow contact both are an active -k τ of damping.
 
-use crate::effect::{Context, Effect, Family, Kind, Param, Rates, Verified, Where};
+use crate::effect::{Context, Effect, Family, Kind, Param, Rates, Reads, Verified, Where};
 use crate::signals::{Signals, Wire};
 use crate::space::Axis;
 use alloc::boxed::Box;
@@ -61,8 +61,8 @@ impl Effect<Axis> for ForceLag {
         *out = memory[2];
     }
 
-    fn reads_acceleration(&self) -> bool {
-        false
+    fn reads(&self) -> Reads {
+        Reads::Loads
     }
 }
 

@@ -12,7 +12,7 @@
 //! factor that depends on the sign. Confused with: wrong stiffness and damping by the same ratio; only a known weight or an
 //! independently known stiffness tells them apart.
 
-use crate::effect::{Context, Effect, Family, Kind, Param, Verified, Where};
+use crate::effect::{Context, Effect, Family, Kind, Param, Reads, Verified, Where};
 use crate::signals::{Signals, Wire};
 use crate::space::Axis;
 use alloc::boxed::Box;
@@ -28,8 +28,8 @@ impl Effect<Axis> for ForceScale {
         *out *= self.scale_ratio;
     }
 
-    fn reads_acceleration(&self) -> bool {
-        false
+    fn reads(&self) -> Reads {
+        Reads::Loads
     }
 }
 

@@ -10,7 +10,7 @@
 //! Restitution falls with the approach speed, `e ≈ 1 - α v`. Not modelled: other exponents. Confused with: plain damping at one
 //! speed, hysteresis.
 
-use crate::effect::{Context, Effect, Family, Kind, Param, Verified, Where};
+use crate::effect::{Context, Effect, Family, Kind, Param, Reads, Verified, Where};
 use crate::signals::{ContactForce, Signals, Wire};
 use crate::space::Axis;
 use alloc::boxed::Box;
@@ -29,8 +29,8 @@ impl Effect<Axis> for HuntCrossley {
         }
     }
 
-    fn reads_acceleration(&self) -> bool {
-        false
+    fn reads(&self) -> Reads {
+        Reads::Loads
     }
 }
 

@@ -13,7 +13,7 @@
 //! Not modelled: a memory that outlasts the contact, loops that change with depth. Confused with: dry friction, which it is for
 //! small ℓ; a Maxwell branch, whose loop closes when pushed slowly.
 
-use crate::effect::{Context, Effect, Family, Kind, Param, Rates, Verified, Where};
+use crate::effect::{Context, Effect, Family, Kind, Param, Rates, Reads, Verified, Where};
 use crate::signals::{ContactForce, Signals, Wire};
 use crate::space::Axis;
 use alloc::boxed::Box;
@@ -45,8 +45,8 @@ impl Effect<Axis> for Hysteresis {
         out.dissipative += self.force_n * context.memory[0];
     }
 
-    fn reads_acceleration(&self) -> bool {
-        false
+    fn reads(&self) -> Reads {
+        Reads::Loads
     }
 }
 

@@ -12,7 +12,7 @@
 //! Not modelled: recovery between contacts (the branch is at rest at each touch), several relaxation times. Confused with: a
 //! damper k_m τ when the contact is much longer than τ, a stiffer spring when it is much shorter.
 
-use crate::effect::{Context, Effect, Family, Kind, Param, Rates, Verified, Where};
+use crate::effect::{Context, Effect, Family, Kind, Param, Rates, Reads, Verified, Where};
 use crate::signals::{ContactForce, Signals, Wire};
 use crate::space::Axis;
 use alloc::boxed::Box;
@@ -47,8 +47,8 @@ impl Effect<Axis> for MaxwellBranch {
         out.dissipative += context.memory[0];
     }
 
-    fn reads_acceleration(&self) -> bool {
-        false
+    fn reads(&self) -> Reads {
+        Reads::Loads
     }
 }
 

@@ -12,7 +12,7 @@
 //! instant; a clock offset of -δ; and {this together with force delay δ} is {command delay δ}, to the last bit.
 
 use crate::delay;
-use crate::effect::{Context, Effect, Family, Kind, Param, Rates, Verified, Where};
+use crate::effect::{Context, Effect, Family, Kind, Param, Rates, Reads, Verified, Where};
 use crate::signals::{Signals, Wire};
 use crate::space::{Axis, AxisMotion, Path};
 use alloc::boxed::Box;
@@ -53,8 +53,8 @@ impl Effect<Axis> for MeasurementDelay {
         *out = AxisMotion { position_m, velocity_m_per_s, acceleration_m_per_s2, pitch_rad, pitch_rate_rad_per_s };
     }
 
-    fn reads_acceleration(&self) -> bool {
-        false
+    fn reads(&self) -> Reads {
+        Reads::Loads
     }
 }
 

@@ -13,7 +13,7 @@
 //! Not modelled: saturation of speed and acceleration, the arm's yielding to the contact force. Confused with: command delay,
 //! which neither rings nor overshoots; slow contact shows only the lag 2 ζ / ωₙ of both.
 
-use crate::effect::{Context, Effect, Family, Kind, Param, Rates, Verified, Where};
+use crate::effect::{Context, Effect, Family, Kind, Param, Rates, Reads, Verified, Where};
 use crate::signals::{Signals, Wire};
 use crate::space::{Axis, AxisMotion};
 use alloc::boxed::Box;
@@ -99,8 +99,8 @@ impl Effect<Axis> for RobotSecondOrder {
         *out = AxisMotion { position_m, velocity_m_per_s, acceleration_m_per_s2, pitch_rad, pitch_rate_rad_per_s };
     }
 
-    fn reads_acceleration(&self) -> bool {
-        false
+    fn reads(&self) -> Reads {
+        Reads::Loads
     }
 }
 

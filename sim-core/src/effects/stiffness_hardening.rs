@@ -8,7 +8,7 @@
 //! Not modelled: softening (k₃ < 0), a hard stop. Confused with: power law, end stop, Hertz; at one approach speed all of them
 //! look the same.
 
-use crate::effect::{Context, Effect, Family, Kind, Param, Verified, Where};
+use crate::effect::{Context, Effect, Family, Kind, Param, Reads, Verified, Where};
 use crate::signals::{ContactForce, Signals, Wire};
 use crate::space::Axis;
 use alloc::boxed::Box;
@@ -25,8 +25,8 @@ impl Effect<Axis> for StiffnessHardening {
         out.elastic += self.cubic_n_per_m3 * depth_m * depth_m * depth_m;
     }
 
-    fn reads_acceleration(&self) -> bool {
-        false
+    fn reads(&self) -> Reads {
+        Reads::Loads
     }
 }
 

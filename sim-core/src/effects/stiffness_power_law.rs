@@ -10,7 +10,7 @@
 //! so it acts before every effect that adds one. Not modelled: a change of exponent with depth. Confused with: cubic
 //! hardening, end stop; at one approach speed all of them look the same.
 
-use crate::effect::{Context, Effect, Family, Kind, Param, Verified, Where};
+use crate::effect::{Context, Effect, Family, Kind, Param, Reads, Verified, Where};
 use crate::signals::{ContactForce, Signals, Wire};
 use crate::space::Axis;
 use alloc::boxed::Box;
@@ -32,8 +32,8 @@ impl Effect<Axis> for StiffnessPowerLaw {
         }
     }
 
-    fn reads_acceleration(&self) -> bool {
-        false
+    fn reads(&self) -> Reads {
+        Reads::Loads
     }
 }
 

@@ -69,8 +69,12 @@ impl SensorNoise {
     /// The same as [`SensorNoise::sample`], for a noise that is known to be some.
     #[inline]
     pub(crate) fn disturbed(&self, analogue_n: f64, slow_n: &mut f64, random: &mut Stream) -> f64 {
-        let fresh = libm::sqrt((1.0 - self.memory * self.memory).max(0.0));
-        *slow_n = self.memory * *slow_n + fresh * self.slow_n * random.normal();
+        // Drawn in any case: the other draws must not depend on it.
+        let slow = random.normal();
+        if self.slow_n > 0.0 {
+            let fresh = libm::sqrt((1.0 - self.memory * self.memory).max(0.0));
+            *slow_n = self.memory * *slow_n + fresh * self.slow_n * slow;
+        }
         self.rounded(analogue_n + *slow_n + self.white_n * random.normal())
     }
 }

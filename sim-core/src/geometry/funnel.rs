@@ -42,6 +42,7 @@ impl Funnel {
     }
 
     /// Distance of the point at radius `r` and depth `z` from the wall.
+    #[inline]
     pub(super) fn distance(&self, r: f64, z: f64) -> Distance {
         if z < 0.0 && r >= self.rim_m {
             return Distance { distance_m: -z, radial: 0.0, axial: -1.0 };
@@ -72,6 +73,7 @@ impl Funnel {
 }
 
 /// Distance from a circle about the axis, of which the point is `radial_m` and `axial_m` away in its half plane; none on it.
+#[inline]
 pub(super) fn circle(radial_m: f64, axial_m: f64) -> Option<Distance> {
     let distance_m = libm::sqrt(radial_m * radial_m + axial_m * axial_m);
     (distance_m > 0.0).then(|| Distance { distance_m, radial: radial_m / distance_m, axial: axial_m / distance_m })

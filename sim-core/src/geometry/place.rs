@@ -25,6 +25,7 @@ pub(super) fn touch(achieved: &Motion, arm_m: Vector3<f64>, normal: Vector3<f64>
 ///
 /// On the axis every direction is nearest. The one that the point moves towards is taken, so that the rate stays the derivative
 /// of the depth; at rest it is x.
+#[inline]
 pub(super) fn from_axis(position_m: Vector3<f64>, velocity_m_per_s: Vector3<f64>) -> (f64, Vector3<f64>) {
     let radius_m = across(position_m);
     if radius_m > ON_AXIS_M {
@@ -37,6 +38,7 @@ pub(super) fn from_axis(position_m: Vector3<f64>, velocity_m_per_s: Vector3<f64>
     (radius_m, Vector3::x())
 }
 
+#[inline]
 fn across(vector: Vector3<f64>) -> f64 {
     libm::sqrt(vector.x * vector.x + vector.y * vector.y)
 }

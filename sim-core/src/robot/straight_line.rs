@@ -13,6 +13,7 @@
 use super::Robot;
 use crate::refusal::{Refusal, positive};
 use crate::space::{Path, Space};
+use alloc::vec::Vec;
 
 /// How many commands it remembers: enough for 200 ms of dead time at 4 ms.
 const KNOTS: usize = 64;
@@ -42,7 +43,8 @@ struct Knot<S: Space> {
 /// most steps find it here.
 #[derive(Debug, Clone)]
 pub struct StraightLineState<S: Space> {
-    ring: [Knot<S>; KNOTS],
+    /// Grows to KNOTS, never beyond.
+    ring: Vec<Knot<S>>,
     /// How many knots were ever put in.
     count: usize,
     cursors: [Cursor<S>; TIMES],
@@ -101,7 +103,9 @@ impl<S: Space> Robot<S> for StraightLine {
         let line = S::Motion::held(first);
         let cursor = Cursor { from_s: due_s, duration_s: 1.0, until_s: f64::NEG_INFINITY, line, knot: 0 };
         let knot = Knot { due_s, motion: *first, duration_s: 0.0, line };
-        StraightLineState { ring: [knot; KNOTS], count: 1, cursors: [cursor; TIMES] }
+        let mut ring = Vec::with_capacity(KNOTS);
+        ring.push(knot);
+        StraightLineState { ring, count: 1, cursors: [cursor; TIMES] }
     }
 
     #[inline]
@@ -111,8 +115,12 @@ impl<S: Space> Robot<S> for StraightLine {
         let due_s = due_s.max(newest.due_s + 1e-9);
         newest.duration_s = due_s - newest.due_s;
         newest.line = S::Motion::line(&newest.motion, command, newest.duration_s);
-        let next = &mut state.ring[state.count % KNOTS];
-        (next.due_s, next.motion) = (due_s, *command);
+        if state.count < KNOTS {
+            state.ring.push(Knot { due_s, motion: *command, duration_s: 0.0, line: S::Motion::held(command) });
+        } else {
+            let next = &mut state.ring[state.count % KNOTS];
+            (next.due_s, next.motion) = (due_s, *command);
+        }
         state.count += 1;
     }
 
