@@ -9,6 +9,7 @@
 
 #[cfg(feature = "net")]
 pub mod net;
+pub mod rsi;
 mod units;
 
 pub use units::{
