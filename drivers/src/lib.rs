@@ -10,9 +10,10 @@
 #[cfg(feature = "net")]
 pub mod net;
 pub mod rsi;
+pub mod ft;
 mod units;
 
 pub use units::{
-    SensorScale, degrees_from_radians, metres_from_millimetres, millimetres_from_metres, nanos_from_milliseconds,
-    radians_from_degrees,
+    ForceUnit, SensorScale, TorqueUnit, degrees_from_radians, metres_from_millimetres, millimetres_from_metres,
+    nanos_from_milliseconds, radians_from_degrees,
 };
