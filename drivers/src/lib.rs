@@ -7,10 +7,10 @@
 //! as [`sim_core::time::Nanos`], and sockets stay in one file behind a feature.
 #![warn(missing_docs)]
 
+pub mod ft;
 #[cfg(feature = "net")]
 pub mod net;
 pub mod rsi;
-pub mod ft;
 mod units;
 
 pub use units::{
