@@ -11,6 +11,7 @@ pub mod ft;
 #[cfg(feature = "net")]
 pub mod net;
 pub mod rsi;
+pub mod fault;
 mod units;
 
 pub use units::{
