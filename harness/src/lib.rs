@@ -7,6 +7,7 @@ pub mod calibrate;
 pub mod case;
 pub mod clamp;
 pub mod cli;
+pub mod clocks;
 pub mod compare;
 pub mod diagnose;
 pub mod error;

@@ -3,7 +3,9 @@
 
 mod bodies;
 mod calibration;
+mod capture;
 mod cli;
+mod clocks;
 mod compare;
 mod compensators;
 mod confusion;
