@@ -23,11 +23,11 @@ impl CellConfig {
             return refuse("schema", what, "set schema = 1");
         }
         let [least_s, most_s] = CYCLE_S;
-        if !(self.time.cycle_s >= least_s && self.time.cycle_s <= most_s) {
+        if !(least_s..=most_s).contains(&self.time.cycle_s) {
             let what = format!("time.cycle_s = {} s is outside [{least_s}, {most_s}]", self.time.cycle_s);
             return refuse("time.cycle_s", what, "give the cycle of the robot controller in seconds: 0.004 or 0.012");
         }
-        if self.start.velocity_m_per_s.is_nan() || self.start.velocity_m_per_s.abs() > 10.0 {
+        if beyond(self.start.velocity_m_per_s, 10.0) {
             let what = format!("start.velocity_m_per_s = {} m/s is outside [-10, 10]", self.start.velocity_m_per_s);
             return refuse("start.velocity_m_per_s", what, "give the value in the unit of the key");
         }
@@ -79,6 +79,11 @@ impl CellConfig {
     }
 }
 
+/// Whether a value is no number, or further from zero than this.
+fn beyond(value: f64, limit: f64) -> bool {
+    value.is_nan() || value.abs() > limit
+}
+
 /// The first value of a robot that cannot be.
 fn wrong(robot: &RobotConfig) -> Option<(&'static str, String, &'static str)> {
     if robot.decimals > DECIMALS_MAX {
@@ -86,23 +91,23 @@ fn wrong(robot: &RobotConfig) -> Option<(&'static str, String, &'static str)> {
         return Some(("decimals", what, "give the digits after the point; controllers are set to 1, 4 or 6"));
     }
     for (key, place) in [("base", &robot.base), ("interface", &robot.interface)] {
-        if let Some(value) = place.position_m.iter().find(|value| !(value.abs() <= PLACE_MAX_M)) {
+        if let Some(value) = place.position_m.iter().find(|value| beyond(**value, PLACE_MAX_M)) {
             let what = format!("{key}.position_m has {value} m, outside [-{PLACE_MAX_M}, {PLACE_MAX_M}]");
             return Some((key, what, "give metres"));
         }
-        if let Some(value) = place.abc_deg.iter().find(|value| !(value.abs() <= 360.0)) {
+        if let Some(value) = place.abc_deg.iter().find(|value| beyond(**value, 360.0)) {
             let what = format!("{key}.abc_deg has {value} deg, outside [-360, 360]");
             return Some((key, what, "give degrees about z, y' and x''"));
         }
     }
-    if let Some(value) = robot.start_mm_deg.iter().find(|value| !(value.abs() <= 1e3 * PLACE_MAX_M)) {
+    if let Some(value) = robot.start_mm_deg.iter().find(|value| beyond(**value, 1e3 * PLACE_MAX_M)) {
         let what = format!("start_mm_deg has {value}, outside [-{0}, {0}]", 1e3 * PLACE_MAX_M);
         return Some(("start_mm_deg", what, "give X, Y, Z in mm and A, B, C in deg"));
     }
     if let Some(rail) = &robot.rail {
         let [x, y, z] = rail.direction;
         let length = libm::sqrt(x * x + y * y + z * z);
-        if !((length - 1.0).abs() <= UNIT) {
+        if beyond(length - 1.0, UNIT) {
             let what = format!("rail.direction has the length {length}, expected 1");
             return Some(("rail", what, "divide the direction by its length"));
         }
@@ -118,14 +123,16 @@ fn wrong(robot: &RobotConfig) -> Option<(&'static str, String, &'static str)> {
         ("stop_translation_mm", limits.stop_translation_mm),
         ("stop_rotation_deg", limits.stop_rotation_deg),
     ];
-    if let Some((key, Some(value))) = given.iter().find(|(_, value)| value.is_some_and(|value| !(value > 0.0))) {
+    if let Some((key, Some(value))) =
+        given.iter().find(|(_, value)| value.is_some_and(|value| value.is_nan() || value <= 0.0))
+    {
         return Some(("limits", format!("limits.{key} = {value} is not above 0"), "give mm or deg"));
     }
     match robot.late {
         LateConfig::Total { limit: 0 } | LateConfig::Consecutive { limit: 0 } => {
             Some(("late", "late.limit = 0 stops before the first answer".to_owned(), "controllers have 10 or 100"))
         }
-        LateConfig::Percent { limit, window } if !(limit > 0.0 && limit <= 100.0) || window == 0 => {
+        LateConfig::Percent { limit, window } if beyond(limit, 100.0) || limit <= 0.0 || window == 0 => {
             let what = format!("late: {limit} % of {window} answers cannot be counted");
             Some(("late", what, "give a share in (0, 100] and a window of at least one answer"))
         }
