@@ -121,6 +121,9 @@ fn a_step_allocates_nothing() {
     let effects: Vec<Attached<Axis>> = Vec::new();
     let looped = ClosedLoop::new(&rig, &effects, RATES);
     let mut facility = Facility::new(&looped, &start);
+    // The robot takes its place at the first tick.
+    facility.report();
+    facility.command(start.first);
     let mut position_m = 0.0;
     let counted = allocation_counter::measure(|| {
         for tick in 0..1000 {
