@@ -13,7 +13,6 @@ pub mod ft;
 #[cfg(feature = "net")]
 pub mod net;
 pub mod rsi;
-pub mod fault;
 mod units;
 
 pub use units::{
