@@ -14,6 +14,7 @@ mod contact;
 mod criteria;
 mod determinism;
 mod effects;
+mod fuzz;
 mod hidden;
 mod identification;
 mod r#loop;
