@@ -9,6 +9,8 @@
 
 pub mod fault;
 pub mod ft;
+#[cfg(feature = "net")]
+pub mod net;
 pub mod rsi;
 mod units;
 
