@@ -8,6 +8,7 @@
 #![warn(missing_docs)]
 
 pub mod fault;
+pub mod rsi;
 mod units;
 
 pub use units::{
