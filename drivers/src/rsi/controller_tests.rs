@@ -168,7 +168,9 @@ fn one_lost_reply_sends_an_absolute_robot_home_in_one_cycle() {
 #[test]
 fn corrections_saturate_silently_and_do_not_wind_up() {
     let mut bench = Bench::new(settings("1", Mode::Relative));
-    (0..8).for_each(|_| drop(bench.cycle(&x("1.0"))));
+    for _ in 0..8 {
+        bench.cycle(&x("1.0"));
+    }
     assert_eq!((bench.x(), bench.controller.stat(), bench.told().as_str()), (105.0, 2, "limited"));
     assert_eq!((bench.cycle(&x("-1.0")).x(), bench.controller.stat()), (104.0, 1));
     let rail = x("0.0").replace("<IPOC", "<EKorr E1=\"-7.5\"/><IPOC");
@@ -204,7 +206,9 @@ fn too_many_late_replies_stop_with_the_words_of_the_family() {
     for (family, words) in [(Family::Krc4, rsi), (Family::Krc5, rsi), (Family::IiQka, rsi), (Family::Krc2, krc2)] {
         let late = LateRule::Total { limit: 3 };
         let mut bench = Bench::new(Settings { family, late, ..settings("1", Mode::Absolute) });
-        (0..3).for_each(|_| drop(bench.cycle("").cycle(&x("0.0"))));
+        for _ in 0..3 {
+            bench.cycle("").cycle(&x("0.0"));
+        }
         assert_eq!((bench.controller.late(), bench.controller.stopped()), (3, None));
         bench.cycle("");
         let said = bench.controller.stopped().unwrap().to_string();
