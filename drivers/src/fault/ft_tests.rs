@@ -80,7 +80,7 @@ fn each_fault_of_the_sensor_is_reported_as_the_table_says() {
     let mut wrong = Vec::new();
     for row in TABLE.iter().filter(|row| matches!(row.on, Stream::Ft | Stream::FtRequest) && row.needs == Needs::Bytes)
     {
-        let (seen, idle) = Bench::new(&faults(&super::tests::example(row)).unwrap()).run();
+        let (seen, idle) = Bench::new(&faults(&tests::example(row)).unwrap()).run();
         let seen: Vec<&str> = seen.into_iter().collect();
         if seen != row.classes || idle > 0 {
             wrong.push(format!("{} on {}: seen {seen:?}, table {:?}, idle {idle}", row.id, row.on.id(), row.classes));
