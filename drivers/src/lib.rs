@@ -7,10 +7,14 @@
 //! as [`sim_core::time::Nanos`], and sockets stay in one file behind a feature.
 #![warn(missing_docs)]
 
+pub mod fault;
+pub mod ft;
+#[cfg(feature = "net")]
+pub mod net;
 pub mod rsi;
 mod units;
 
 pub use units::{
-    SensorScale, degrees_from_radians, metres_from_millimetres, millimetres_from_metres, nanos_from_milliseconds,
-    radians_from_degrees,
+    ForceUnit, SensorScale, TorqueUnit, degrees_from_radians, metres_from_millimetres, millimetres_from_metres,
+    nanos_from_milliseconds, radians_from_degrees,
 };

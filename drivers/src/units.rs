@@ -31,6 +31,118 @@ pub fn nanos_from_milliseconds(time_ms: u32) -> Nanos {
     Nanos(i64::from(time_ms) * 1_000_000)
 }
 
+/// Unit in which a sensor counts force, with its code on ATI's pages (reference/PROTOCOLS.md, section 2.6).
+///
+/// | unit | N | from |
+/// |---|---|---|
+/// | lbf | 4.4482216152605 | pound 0.45359237 kg (1959), standard gravity 9.80665 m/s² (1901): exact |
+/// | kgf, gf | 9.80665, 0.00980665 | standard gravity: exact |
+/// | klbf, kN | a thousand of the above | |
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ForceUnit {
+    /// Pound-force, code 1.
+    PoundForce,
+    /// Newton, code 2.
+    Newton,
+    /// A thousand pound-force, code 3.
+    KilopoundForce,
+    /// Kilonewton, code 4.
+    Kilonewton,
+    /// Kilogram-force, code 5.
+    KilogramForce,
+    /// Gram-force, code 6.
+    GramForce,
+}
+
+impl ForceUnit {
+    /// Every unit, in the order of the codes, from 1.
+    pub const ALL: [ForceUnit; 6] = [
+        ForceUnit::PoundForce,
+        ForceUnit::Newton,
+        ForceUnit::KilopoundForce,
+        ForceUnit::Kilonewton,
+        ForceUnit::KilogramForce,
+        ForceUnit::GramForce,
+    ];
+
+    /// How the sensor's pages write it.
+    pub fn text(self) -> &'static str {
+        match self {
+            ForceUnit::PoundForce => "lbf",
+            ForceUnit::Newton => "N",
+            ForceUnit::KilopoundForce => "klbf",
+            ForceUnit::Kilonewton => "kN",
+            ForceUnit::KilogramForce => "kgf",
+            ForceUnit::GramForce => "gf",
+        }
+    }
+
+    /// Newtons in one of it.
+    pub fn newtons(self) -> f64 {
+        match self {
+            ForceUnit::PoundForce => 4.4482216152605,
+            ForceUnit::Newton => 1.0,
+            ForceUnit::KilopoundForce => 4448.2216152605,
+            ForceUnit::Kilonewton => 1000.0,
+            ForceUnit::KilogramForce => 9.80665,
+            ForceUnit::GramForce => 0.00980665,
+        }
+    }
+}
+
+/// Unit in which a sensor counts torque, with its code on ATI's pages. An inch is 0.0254 m, a foot twelve (1959): exact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TorqueUnit {
+    /// Pound-force inch, code 1.
+    PoundForceInch,
+    /// Pound-force foot, code 2.
+    PoundForceFoot,
+    /// Newton metre, code 3.
+    NewtonMetre,
+    /// Newton millimetre, code 4.
+    NewtonMillimetre,
+    /// Kilogram-force centimetre, code 5.
+    KilogramForceCentimetre,
+    /// Kilonewton metre, code 6.
+    KilonewtonMetre,
+}
+
+impl TorqueUnit {
+    /// Every unit, in the order of the codes, from 1.
+    pub const ALL: [TorqueUnit; 6] = [
+        TorqueUnit::PoundForceInch,
+        TorqueUnit::PoundForceFoot,
+        TorqueUnit::NewtonMetre,
+        TorqueUnit::NewtonMillimetre,
+        TorqueUnit::KilogramForceCentimetre,
+        TorqueUnit::KilonewtonMetre,
+    ];
+
+    /// How the sensor's pages write it, without a hyphen.
+    pub fn text(self) -> &'static str {
+        match self {
+            TorqueUnit::PoundForceInch => "lbfin",
+            TorqueUnit::PoundForceFoot => "lbfft",
+            TorqueUnit::NewtonMetre => "Nm",
+            TorqueUnit::NewtonMillimetre => "Nmm",
+            TorqueUnit::KilogramForceCentimetre => "kgfcm",
+            TorqueUnit::KilonewtonMetre => "kNm",
+        }
+    }
+
+    /// Newton metres in one of it.
+    pub fn newton_metres(self) -> f64 {
+        match self {
+            TorqueUnit::PoundForceInch => 0.1129848290276167,
+            TorqueUnit::PoundForceFoot => 1.3558179483314004,
+            TorqueUnit::NewtonMetre => 1.0,
+            TorqueUnit::NewtonMillimetre => 0.001,
+            TorqueUnit::KilogramForceCentimetre => 0.0980665,
+            TorqueUnit::KilonewtonMetre => 1000.0,
+        }
+    }
+}
+
 /// What one count of a force/torque sensor is worth. Its calibration says how many counts make a newton.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SensorScale {
@@ -43,6 +155,31 @@ impl SensorScale {
     pub fn new(counts_per_n: f64, counts_per_n_m: f64) -> Option<Self> {
         let sound = |value: f64| value.is_finite() && value > 0.0;
         (sound(counts_per_n) && sound(counts_per_n_m)).then_some(SensorScale { counts_per_n, counts_per_n_m })
+    }
+
+    /// Counts that one newton makes.
+    pub fn counts_per_n(&self) -> f64 {
+        self.counts_per_n
+    }
+
+    /// Counts that one newton metre makes.
+    pub fn counts_per_n_m(&self) -> f64 {
+        self.counts_per_n_m
+    }
+
+    /// Counts of a wrench in N and N m, rounded to the nearest, and held at the limits of the type as a sensor does.
+    pub fn counts_from_wrench(&self, force_n: [f64; 3], torque_n_m: [f64; 3]) -> [i32; 6] {
+        let [fx, fy, fz] = force_n.map(|value| (value * self.counts_per_n).round() as i32);
+        let [tx, ty, tz] = torque_n_m.map(|value| (value * self.counts_per_n_m).round() as i32);
+        [fx, fy, fz, tx, ty, tz]
+    }
+
+    /// Wrench of six counts, in N and N m.
+    pub fn wrench_from_counts(&self, counts: [i32; 6]) -> [f64; 6] {
+        let [fx, fy, fz, tx, ty, tz] = counts;
+        let [fx, fy, fz] = [fx, fy, fz].map(|count| self.newtons_from_counts(count));
+        let [tx, ty, tz] = [tx, ty, tz].map(|count| self.newton_metres_from_counts(count));
+        [fx, fy, fz, tx, ty, tz]
     }
 
     /// Force of a reading, in N.
@@ -100,6 +237,35 @@ mod tests {
             assert_eq!(SensorScale::new(bad, 1e6), None);
             assert_eq!(SensorScale::new(1e6, bad), None);
         }
+    }
+
+    #[test]
+    fn every_unit_is_the_exact_product() {
+        // Whole numbers of 1e-18 N and 1e-18 N m, so that nothing rounds before the last step.
+        let pound_force = 45_359_237_u128 * 980_665 * 100_000; // 1e-8 kg times 1e-5 m/s², in 1e-18 N
+        let kilogram_force = 980_665_u128 * 10_000_000_000_000;
+        let number = |times_1e18: u128| format!("{times_1e18}e-18").parse::<f64>().expect("a number");
+        let newton = 10_u128.pow(18);
+        let forces =
+            [pound_force, newton, pound_force * 1000, newton * 1000, kilogram_force, kilogram_force / 1000].map(number);
+        assert_eq!(ForceUnit::ALL.map(ForceUnit::newtons), forces);
+        let torques = [
+            pound_force * 254 / 10_000,
+            pound_force * 3048 / 10_000,
+            newton,
+            newton / 1000,
+            kilogram_force / 100,
+            newton * 1000,
+        ];
+        assert_eq!(TorqueUnit::ALL.map(TorqueUnit::newton_metres), torques.map(number));
+    }
+
+    #[test]
+    fn counts_stop_at_the_limits_of_the_type() {
+        let scale = SensorScale::new(1e6, 1e6).expect("a sound calibration");
+        let counts = scale.counts_from_wrench([12.5, 1e9, f64::NAN], [-1e9, -0.000001, 0.0]);
+        assert_eq!(counts, [12_500_000, i32::MAX, 0, i32::MIN, -1, 0]);
+        assert_eq!(scale.wrench_from_counts([12_500_000, 0, 0, 0, -1, 0])[0], 12.5);
     }
 
     #[test]

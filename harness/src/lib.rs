@@ -5,6 +5,7 @@
 pub mod blocks;
 pub mod calibrate;
 pub mod case;
+pub mod cell;
 pub mod clamp;
 pub mod cli;
 pub mod compare;

@@ -3,6 +3,7 @@
 
 mod bodies;
 mod calibration;
+mod cell_facility;
 mod cli;
 mod compare;
 mod compensators;

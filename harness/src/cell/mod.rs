@@ -1,0 +1,13 @@
+//! Cells: robots, sensor and satellites that speak over wires, as a file, and the virtual one that is a cell itself.
+//!
+//! ```text
+//! CELL.toml ──┬─ Ethernet configuration of each robot (XML)
+//!             └─ model.toml: what the operator believes of the cell
+//! ```
+
+mod config;
+mod config_check;
+
+pub use config::{Carries, PlaceConfig, RailConfig, RobotConfig, SensorConfig, StartConfig, TimeConfig};
+pub use config::{Cell, TextFile, embedded};
+pub use config::{CellConfig, Correction, FamilyName, FormName, LateConfig, LimitsConfig, ModeName};
