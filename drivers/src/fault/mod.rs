@@ -47,4 +47,6 @@ pub use wire_fault::{At, FaultError, Stream, WireFault};
 #[cfg(test)]
 mod ft_tests;
 #[cfg(test)]
+mod rsi_tests;
+#[cfg(test)]
 mod tests;

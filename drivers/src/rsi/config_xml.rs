@@ -75,7 +75,7 @@ pub(super) fn parse(xml: &str) -> Result<EthernetConfig, ConfigError> {
             Ok(event) => parser.event(event, line)?,
             Err(problem) => {
                 let at = usize::try_from(reader.error_position()).unwrap_or(begin).max(begin);
-                return error(lines.of(at), format!("no XML: {problem}"), "close every tag and every comment");
+                return error(lines.of(at), no_xml(&problem), "close every tag and every comment");
             }
         }
     }
@@ -168,11 +168,11 @@ impl Parser {
         for attribute in tag.attributes() {
             let attribute = match attribute {
                 Ok(attribute) => attribute,
-                Err(problem) => return error(line, format!("no XML: {problem}"), "write NAME=\"value\""),
+                Err(problem) => return error(line, no_xml(&problem), "write NAME=\"value\""),
             };
             let value = match attribute.normalized_value(XmlVersion::Implicit1_0) {
                 Ok(value) => value.trim().to_owned(),
-                Err(problem) => return error(line, format!("no XML: {problem}"), "write the character itself"),
+                Err(problem) => return error(line, no_xml(&problem), "write the character itself"),
             };
             let key: &str = attribute.key.as_ref();
             match key {
@@ -346,6 +346,14 @@ fn check_against(channels: &[Channel], channel: &Channel, section: &str) -> Resu
         }
     }
     Ok(())
+}
+
+/// What the library says; it may quote half of the file.
+fn no_xml(problem: &dyn core::fmt::Display) -> String {
+    let said = problem.to_string();
+    let end = if said.chars().nth(160).is_some() { "…" } else { "" };
+    let said: String = said.chars().take(160).map(|c| if c.is_control() { ' ' } else { c }).collect();
+    format!("no XML: {said}{end}")
 }
 
 /// The beginning of what a file says, for an error.

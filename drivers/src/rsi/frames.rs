@@ -237,12 +237,14 @@ mod tests {
     use super::super::vectors::{HELLO, KRC2_DAT, KRC2_SHORT};
     use super::*;
 
-    fn all(frames: &mut Frames) -> Vec<Result<Vec<u8>, Why>> {
+    type Found = Result<Vec<u8>, Why>;
+
+    fn all(frames: &mut Frames) -> Vec<Found> {
         core::iter::from_fn(|| frames.next()).map(|found| found.map_err(|problem| problem.why)).collect()
     }
 
     /// A document as it comes out: without what stands around it.
-    fn document(text: &str) -> Result<Vec<u8>, Why> {
+    fn document(text: &str) -> Found {
         Ok(text.trim().as_bytes().to_vec())
     }
 
@@ -265,7 +267,7 @@ mod tests {
 
     #[test]
     fn what_is_no_document_is_named_and_the_next_one_found() {
-        let cases: [(&str, &[Result<Vec<u8>, Why>]); 5] = [
+        let cases: [(&str, &[Found]); 5] = [
             ("GET / HTTP/1.1\r\n\r\n<Rob></Rob>", &[Err(Why::Junk), document("<Rob></Rob>")]),
             ("IPOC></Rob><Rob></Rob>", &[Err(Why::NoRoot), document("<Rob></Rob>")]),
             ("<Rob><RIst X=\"1<Rob></Rob>", &[Err(Why::Truncated), document("<Rob></Rob>")]),
