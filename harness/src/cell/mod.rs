@@ -8,7 +8,14 @@
 mod config;
 mod config_check;
 pub mod controller;
+pub mod faults;
 pub mod frames;
+pub mod on_wire;
+mod parts;
+mod pc;
+pub mod run;
+pub mod session;
+pub mod virtual_cell;
 
 pub use config::{Carries, PlaceConfig, RailConfig, RobotConfig, SensorConfig, StartConfig, TimeConfig};
 pub use config::{Cell, TextFile, embedded};
