@@ -5,6 +5,7 @@
 //!             └─ model.toml: what the operator believes of the cell
 //! ```
 
+pub mod clock;
 mod config;
 mod config_check;
 pub mod controller;
@@ -13,9 +14,12 @@ pub mod frames;
 pub mod on_wire;
 mod parts;
 mod pc;
+pub mod process;
 pub mod run;
+pub mod serve;
 pub mod session;
 pub mod virtual_cell;
+pub mod wires;
 
 pub use config::{Carries, PlaceConfig, RailConfig, RobotConfig, SensorConfig, StartConfig, TimeConfig};
 pub use config::{Cell, TextFile, embedded};
