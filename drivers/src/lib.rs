@@ -7,11 +7,8 @@
 //! as [`sim_core::time::Nanos`], and sockets stay in one file behind a feature.
 #![warn(missing_docs)]
 
-<<<<<<< HEAD
 pub mod capture;
-=======
 pub mod fault;
->>>>>>> h4-d
 pub mod ft;
 #[cfg(feature = "net")]
 pub mod net;
