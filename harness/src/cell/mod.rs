@@ -7,6 +7,8 @@
 
 mod config;
 mod config_check;
+pub mod controller;
+pub mod frames;
 
 pub use config::{Carries, PlaceConfig, RailConfig, RobotConfig, SensorConfig, StartConfig, TimeConfig};
 pub use config::{Cell, TextFile, embedded};
