@@ -15,7 +15,7 @@ struct File {
     fault: Vec<WireFault>,
 }
 
-fn faults(text: &str) -> Result<Vec<WireFault>, String> {
+pub(super) fn faults(text: &str) -> Result<Vec<WireFault>, String> {
     toml::from_str::<File>(text).map(|file| file.fault).map_err(|error| error.to_string())
 }
 
@@ -174,6 +174,12 @@ pub(super) fn example(row: &Row) -> String {
         "swap" => "next = 1",
         "hold" | "delay" => "cycles = 2",
         "jitter" => "delays_us = [9000]",
+        "silence-then-burst" if row.on == Stream::Ft => "for = 150",
+        "silence-then-burst" => "for = 40",
+        "ft-stall" | "ipoc-freeze" => "for = 5",
+        // The first bit of Fx, and a bit of the name of the root.
+        "flip-bit" if row.on == Stream::Ft => "bit = 103",
+        "flip-bit" => "bit = 8",
         "truncate" => "bytes = 30",
         "length" => "bytes = 35",
         "ipoc-step" => "step = 4",
@@ -185,7 +191,9 @@ pub(super) fn example(row: &Row) -> String {
         "http-slow" => "delay_ms = 500",
         _ => "",
     };
-    format!("[[fault]]\nid = \"{}\"\non = \"{}\"\nat = 20\n{parameters}\n", row.id, row.on.id())
+    // After the first packets, when the driver has learned what is usual; the first request is the only one there may be.
+    let at = if row.on == Stream::FtRequest { 0 } else { 60 };
+    format!("[[fault]]\nid = \"{}\"\non = \"{}\"\nat = {at}\n{parameters}\n", row.id, row.on.id())
 }
 
 #[test]
@@ -228,7 +236,8 @@ fn no_fault_panics_on_any_bytes() {
     let mut random = Streams::new(3).named("bytes");
     let mut byte = |limit: usize| (random.uniform() * limit as f64) as usize;
     for row in TABLE.iter().filter(|row| row.needs == Needs::Bytes) {
-        let list = faults(&example(row).replace("at = 20", "at = 0\nfor = 400")).unwrap();
+        let mut list = faults(&example(row)).unwrap();
+        (list[0].at, list[0].count) = (At::Number(0), Some(400));
         let mut link = Faulty::new(row.on, Robot::None, &list, PERIOD, &Streams::new(1));
         for number in 0..400 {
             let mut bytes = if number % 3 == 0 { vec![0; byte(80)] } else { FRAME.as_bytes().to_vec() };
