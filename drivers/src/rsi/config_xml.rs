@@ -68,14 +68,14 @@ pub(super) fn parse(xml: &str) -> Result<EthernetConfig, ConfigError> {
     let mut reader = Reader::from_str(xml);
     let mut lines = Lines { xml, at: 0, line: 1 };
     loop {
-        let begin = usize::try_from(reader.buffer_position()).unwrap_or(xml.len());
+        let begin = usize::try_from(reader.buffer_position()).unwrap_or(xml.len()).min(xml.trim_end().len());
         let line = lines.of(begin);
         match reader.read_event() {
             Ok(Event::Eof) => return parser.finish(line),
             Ok(event) => parser.event(event, line)?,
             Err(problem) => {
                 let at = usize::try_from(reader.error_position()).unwrap_or(begin).max(begin);
-                return error(lines.of(at), format!("no XML: {problem}"), "close every tag and every comment");
+                return error(lines.of(at), no_xml(&problem), "close every tag and every comment");
             }
         }
     }
@@ -168,11 +168,11 @@ impl Parser {
         for attribute in tag.attributes() {
             let attribute = match attribute {
                 Ok(attribute) => attribute,
-                Err(problem) => return error(line, format!("no XML: {problem}"), "write NAME=\"value\""),
+                Err(problem) => return error(line, no_xml(&problem), "write NAME=\"value\""),
             };
             let value = match attribute.normalized_value(XmlVersion::Implicit1_0) {
                 Ok(value) => value.trim().to_owned(),
-                Err(problem) => return error(line, format!("no XML: {problem}"), "write the character itself"),
+                Err(problem) => return error(line, no_xml(&problem), "write the character itself"),
             };
             let key: &str = attribute.key.as_ref();
             match key {
@@ -348,7 +348,110 @@ fn check_against(channels: &[Channel], channel: &Channel, section: &str) -> Resu
     Ok(())
 }
 
+/// What the library says; it may quote half of the file.
+fn no_xml(problem: &dyn core::fmt::Display) -> String {
+    let said = problem.to_string();
+    let end = if said.chars().nth(160).is_some() { "…" } else { "" };
+    let said: String = said.chars().take(160).map(|c| if c.is_control() { ' ' } else { c }).collect();
+    format!("no XML: {said}{end}")
+}
+
 /// The beginning of what a file says, for an error.
 fn cut(text: &str) -> String {
     text.chars().take(40).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::layout::layout;
+    use super::super::vectors::CONFIG;
+    use super::*;
+
+    #[test]
+    fn a_configuration_becomes_elements_of_the_wire() {
+        let config = parse(&format!("\u{feff}<?xml version=\"1.0\"?>\r\n{CONFIG}")).unwrap();
+        assert_eq!((config.ip.as_str(), config.port, config.protocol), ("192.168.1.2", 49152, Transport::Udp));
+        assert_eq!((config.sentype.as_str(), config.length_prefix, config.only_send), ("ImFree", false, false));
+        assert!(!config.krc2);
+        let wire = |channels: &[Channel]| -> Vec<String> {
+            let name = |slot: &super::super::layout::Slot| {
+                let names: Vec<&str> = slot.fields.iter().map(|(name, _)| name.as_str()).collect();
+                format!("{} {}", slot.element, names.join(" "))
+            };
+            layout(channels).iter().map(name).collect()
+        };
+        assert_eq!(wire(&config.send), ["RIst X Y Z A B C", "EIPos E1 E2 E3 E4 E5 E6", "Delay D"]);
+        assert_eq!(wire(&config.receive), ["EStr ", "Stop ", "RKorr X Y Z A B C", "DiO "]);
+        assert_eq!(config.receives("RKorr", "Y").unwrap().index, Index::Port(3));
+        assert_eq!(config.receives("Stop", "").unwrap().hold, Some(false));
+        assert_eq!(config.receives("RKorr", ""), None);
+    }
+
+    #[test]
+    fn what_only_a_krc2_reads_is_read() {
+        let fields = "<PROTOCOL>tcp</PROTOCOL><PROTCOLLENGTH>On</PROTCOLLENGTH><ONLYSEND>FALSE";
+        let config = parse(&CONFIG.replace("<ONLYSEND>FALSE", fields)).unwrap();
+        assert_eq!((config.protocol, config.length_prefix, config.krc2), (Transport::Tcp, true, true));
+        let tech = r#"<ELEMENT TAG="DEF_Tech.T2" TYPE="DOUBLE" INDX="INTERNAL" UNIT="0x1" />"#;
+        let config = parse(&CONFIG.replacen("<RECEIVE><ELEMENTS>", &format!("<RECEIVE><ELEMENTS>{tech}"), 1)).unwrap();
+        assert_eq!(config.receive[0].attributes[9], "T210");
+        assert!(config.krc2);
+    }
+
+    #[test]
+    fn every_mistake_names_its_line_and_what_to_do() {
+        let cases = [
+            (
+                r#"INDX="2""#,
+                r#"INDX="65""#,
+                16,
+                "INDX of RKorr.X is '65', outside 1..64; the ETHERNET object has 64 ports",
+            ),
+            (r#"INDX="2""#, r#"INDX="0""#, 16, "INDX of RKorr.X is '0'"),
+            (r#"INDX="2""#, r#"INDX="INTERNAL""#, 16, "INTERNAL is for DEF_ names"),
+            (r#"INDX="3""#, r#"INDX="2""#, 17, "INDX = 2 of RKorr.Y belongs to RKorr.X (line 16) already"),
+            (r#""RKorr.Y""#, r#""RKorr.X""#, 17, "RKorr.X names the same place on the wire as RKorr.X (line 16)"),
+            (r#""RKorr.Y""#, r#""RKorr""#, 17, "RKorr names the same place"),
+            (r#""RKorr.Y""#, r#""RKorr.Y.Z""#, 17, "TAG = 'RKorr.Y.Z' is no name"),
+            (r#""RKorr.Y""#, r#""IPOC""#, 17, "no element can have this name"),
+            (r#""RKorr.Y""#, r#""1st""#, 17, "no element can have this name"),
+            (
+                r#"TYPE="LONG" INDX="8""#,
+                r#"TYPE="INT" INDX="8""#,
+                22,
+                "TYPE of DiO is 'INT'; write BOOL, STRING, LONG or DOUBLE",
+            ),
+            (r#"TYPE="LONG" INDX="8""#, r#"INDX="8""#, 22, "TYPE of DiO is 'missing'"),
+            (r#"INDX="8" HOLDON="1""#, r#"INDX="8" HOLDON="2""#, 22, "HOLDON of DiO is '2', not 0 or 1"),
+            (r#"INDX="8" HOLDON="1""#, r#"INDX="8""#, 22, "DiO has no HOLDON"),
+            (
+                "DEF_EStr",
+                "DEF_Tech.T1",
+                14,
+                "DEF_Tech.T1 in RECEIVE; generator 1 belongs to RSI and stops it with RSIBad",
+            ),
+            ("DEF_EStr", "DEF_Tech.T7", 14, "TAG = 'DEF_Tech.T7' is no name"),
+            ("DEF_EStr", "DEF_RIst", 14, "DEF_RIst in RECEIVE; only DEF_EStr and DEF_Tech can be taken"),
+            (r#"LONG" INDX="INTERNAL""#, r#"LONG" INDX="5""#, 11, "DEF_ names are read inside the controller"),
+            ("<PORT>49152", "<PORT>70000", 4, "PORT = '70000' is outside 1..65535"),
+            ("<PORT>49152</PORT>", "", 24, "no PORT in CONFIG"),
+            ("<SENTYPE>ImFree</SENTYPE>", "", 24, "the controller drops every reply and says nothing"),
+            ("<ONLYSEND>FALSE", "<ONLYSEND>no", 6, "ONLYSEND = 'no'; write FALSE or TRUE"),
+            ("<ROOT>", "<RSIObjects>", 1, "an object graph (RSIObjects) is another file"),
+            ("</SEND>", "</SEN>", 12, "no XML"),
+            ("</ROOT>", "", 23, "<ROOT> is never closed"),
+            (r#"HOLDON="1" />"#, r#"HOLDON="1" HOLD="1" />"#, 16, "unknown attribute HOLD"),
+            ("of the PC !-->", "of the PC", 3, "no XML"),
+        ];
+        for (from, to, line, what) in cases {
+            assert!(CONFIG.contains(from), "{from}");
+            let problem = parse(&CONFIG.replacen(from, to, 1)).unwrap_err();
+            let said = problem.to_string();
+            assert!(said.contains(what), "{to}: {said}");
+            assert_eq!(problem.line, line, "{to}: {said}");
+        }
+        assert_eq!(parse("").unwrap_err().to_string().split(';').next(), Some("line 1: no PORT in CONFIG"));
+        assert!(parse(&" ".repeat(300_000)).unwrap_err().what.contains("300000 bytes"));
+        assert!(parse(&"<ROOT>".repeat(9)).unwrap_err().what.contains("within each other"));
+    }
 }

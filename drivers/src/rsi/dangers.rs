@@ -170,3 +170,51 @@ impl fmt::Display for Trap {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::vectors::CONFIG;
+    use super::*;
+
+    fn config(from: &str, to: &str) -> EthernetConfig {
+        assert!(CONFIG.contains(from));
+        EthernetConfig::parse(&CONFIG.replace(from, to)).unwrap()
+    }
+
+    #[test]
+    fn the_two_pairs_are_refused_by_name() {
+        let hold = config("", "");
+        assert_eq!(hold.check(Mode::Absolute), Ok(()));
+        let problem = hold.check(Mode::Relative).unwrap_err();
+        assert_eq!(problem.0[0].id(), "relative-with-hold");
+        assert!(problem.to_string().contains("RKorr.X (line 16), RKorr.Y (line 17)"), "{problem}");
+        let one = config(r#"INDX="4" HOLDON="1""#, r#"INDX="4" HOLDON="0""#);
+        let problem = one.check(Mode::Absolute).unwrap_err();
+        assert_eq!(
+            problem.to_string(),
+            "absolute corrections with HOLDON=\"0\": one late reply makes the robot jump back in one cycle; \
+             set HOLDON=\"1\" for RKorr.Z (line 18)"
+        );
+        // A switch that falls to zero is no correction, and neither is what nobody takes.
+        let relative = config(r#"TYPE="DOUBLE" INDX="2" HOLDON="1""#, r#"TYPE="DOUBLE" INDX="2" HOLDON="0""#);
+        assert_eq!(relative.check(Mode::Relative).unwrap_err().0[0].channels.len(), 5);
+        assert_eq!(config("<ONLYSEND>FALSE", "<ONLYSEND>TRUE").dangers(Mode::Relative), []);
+    }
+
+    #[test]
+    fn each_trap_has_its_name() {
+        let cases: [(&str, &str, &[Trap]); 8] = [
+            ("", "", &[]),
+            ("192.168.1.2", "ip.address.of.rospc", &[Trap::AddressPlaceholder]),
+            ("192.168.1.2", "192.168.0.2", &[Trap::AddressTakenByKrc4]),
+            ("192.168.1.2</IP_NUMBER>", "192.0.1.2</IP_NUMBER><PROTOCOL>TCP</PROTOCOL>", &[Trap::AddressTakenByKrc2]),
+            ("192.168.1.2</IP_NUMBER>", "192.168.0.2</IP_NUMBER><PROTOCOL>TCP</PROTOCOL>", &[]),
+            ("DEF_Delay", "DEF_AIPos", &[Trap::NoDelay]),
+            ("DEF_RIst", "DEF_RSol", &[Trap::SetpointOnly, Trap::NoMeasuredPose]),
+            ("<ONLYSEND>FALSE", "<ONLYSEND>true", &[Trap::OnlySend]),
+        ];
+        for (from, to, traps) in cases {
+            assert_eq!(config(from, to).traps(), traps, "{to}");
+        }
+    }
+}

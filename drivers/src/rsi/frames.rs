@@ -231,3 +231,119 @@ fn find_last(bytes: &[u8], words: &[&[u8]; 2]) -> Option<usize> {
     let length = words[0].len();
     bytes.windows(length).rposition(|window| words.contains(&window))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::vectors::{HELLO, KRC2_DAT, KRC2_SHORT};
+    use super::*;
+
+    type Found = Result<Vec<u8>, Why>;
+
+    fn all(frames: &mut Frames) -> Vec<Found> {
+        core::iter::from_fn(|| frames.next()).map(|found| found.map_err(|problem| problem.why)).collect()
+    }
+
+    /// A document as it comes out: without what stands around it.
+    fn document(text: &str) -> Found {
+        Ok(text.trim().as_bytes().to_vec())
+    }
+
+    #[test]
+    fn a_stream_in_pieces_of_any_length_gives_the_same_documents() {
+        // Two in one piece, whole buffers padded with NUL, and a new line.
+        let stream = format!("{HELLO}\0\0\0\0\0{KRC2_DAT}{KRC2_SHORT}\r\n\0\0{}", "<Sen Type=\"ImFree\"></Sen >");
+        for length in 1..stream.len() {
+            let mut frames = Frames::default();
+            let mut found = Vec::new();
+            for piece in stream.as_bytes().chunks(length) {
+                frames.push(piece);
+                found.extend(all(&mut frames));
+            }
+            let sen = document("<Sen Type=\"ImFree\"></Sen >");
+            assert_eq!(found, [document(HELLO), document(KRC2_DAT), document(KRC2_SHORT), sen], "{length}");
+            assert_eq!(frames.waiting(), 0);
+        }
+    }
+
+    #[test]
+    fn what_is_no_document_is_named_and_the_next_one_found() {
+        let cases: [(&str, &[Found]); 5] = [
+            ("GET / HTTP/1.1\r\n\r\n<Rob></Rob>", &[Err(Why::Junk), document("<Rob></Rob>")]),
+            ("IPOC></Rob><Rob></Rob>", &[Err(Why::NoRoot), document("<Rob></Rob>")]),
+            ("<Rob><RIst X=\"1<Rob></Rob>", &[Err(Why::Truncated), document("<Rob></Rob>")]),
+            ("<Rob></Robot></Rob>", &[document("<Rob></Robot></Rob>")]),
+            ("<?xml version=\"1.0\"?>\n<Rob></Rob>", &[document("<Rob></Rob>")]),
+        ];
+        for (text, want) in cases {
+            let mut frames = Frames::default();
+            frames.push(text.as_bytes());
+            assert_eq!(all(&mut frames), want, "{text}");
+        }
+    }
+
+    #[test]
+    fn memory_is_bounded_and_the_stream_recovers() {
+        let mut frames = Frames::default();
+        let mut whys = Vec::new();
+        for _ in 0..100 {
+            frames.push(&[b'x'; 10_000]);
+            assert!(frames.waiting() <= WAITING_MAX);
+            whys.extend(all(&mut frames));
+        }
+        assert!(whys.len() > 10 && whys.iter().all(|found| *found == Err(Why::TooLong)), "{whys:?}");
+        frames.push(b"<Rob></Rob>");
+        assert_eq!(all(&mut frames), [Err(Why::Junk), document("<Rob></Rob>")]);
+        // Nobody takes them.
+        for _ in 0..40_000 {
+            frames.push(b"<Rob></Rob>");
+        }
+        assert!(frames.waiting() <= WAITING_MAX);
+        assert_eq!(frames.next().unwrap().unwrap_err().why, Why::Overrun);
+        // NUL alone is padding, however long.
+        let mut frames = Frames::default();
+        frames.push(&[0; 70_000]);
+        assert_eq!(all(&mut frames), []);
+        frames.push(b"<Rob></Rob>");
+        assert_eq!(all(&mut frames), [document("<Rob></Rob>")]);
+        // A document that is complete and too long.
+        let mut frames = Frames::default();
+        frames.push(format!("<Rob>{}</Rob><Rob></Rob>", " ".repeat(66_000)).as_bytes());
+        assert_eq!(all(&mut frames), [Err(Why::TooLong), document("<Rob></Rob>")]);
+    }
+
+    #[test]
+    fn a_length_before_the_document_is_read_in_any_form_and_used_for_answers() {
+        // 60 is also the character <; 316 is 01 3c in two bytes, 15361 is 3c 01.
+        for length in [11, 60, 316, 15361] {
+            let text = format!("<Rob>{}</Rob>", " ".repeat(length - 11));
+            for form in Prefix::ALL {
+                let mut frames = Frames::new(true);
+                for _ in 0..2 {
+                    frames.push(&form.bytes(length));
+                    frames.push(text.as_bytes());
+                }
+                assert_eq!(all(&mut frames), [document(&text), document(&text)], "{form:?} {length}");
+                assert_eq!(frames.prefix().bytes(300), form.bytes(300), "{form:?}");
+                assert_eq!(frames.wrap(b"<Sen/>"), [form.bytes(6), b"<Sen/>".to_vec()].concat());
+            }
+        }
+        let mut frames = Frames::new(true);
+        frames.push(b"\x0c\0\0\0<Rob></Rob>\0\0\0\x0b<Rob></Rob>");
+        let document = document("<Rob></Rob>");
+        assert_eq!(all(&mut frames), [Err(Why::WrongLength), document.clone(), document]);
+    }
+
+    #[test]
+    fn a_datagram_is_cut_into_its_documents() {
+        let whys = |text: &str| -> Vec<Option<Why>> {
+            split(text.as_bytes()).into_iter().map(|found| found.err().map(|problem| problem.why)).collect()
+        };
+        assert_eq!(whys(KRC2_SHORT), [None]);
+        assert_eq!(whys(&format!("{KRC2_SHORT}{KRC2_DAT}")), [None, None]);
+        assert_eq!(whys(&format!("{KRC2_SHORT}{}", &KRC2_DAT[..100])), [None, Some(Why::Truncated)]);
+        assert_eq!(whys(&KRC2_DAT[..100]), [Some(Why::Truncated)]);
+        assert_eq!(whys("hello"), [Some(Why::NoRoot)]);
+        assert_eq!(whys(""), [Some(Why::Empty)]);
+        assert_eq!(whys(" \0\0"), [Some(Why::Empty)]);
+    }
+}

@@ -11,6 +11,7 @@
 //! | `config`, `config_xml`, `layout`, `dangers` | the Ethernet configuration file of the controller |
 //! | `controller*` | the controller's side of one robot |
 //! | `host`, `event`, `ipoc`, `quantum`, `reply` | the PC's side for one robot |
+//! | `host`, `event`, `ipoc`, `pace`, `names`, `quantum`, `reply` | the PC's side for one robot |
 //!
 //! Source: reference/PROTOCOLS.md, section 1.
 
@@ -24,12 +25,23 @@ mod controller_reply;
 mod controller_send;
 mod controller_settings;
 mod dangers;
+mod event;
 mod frames;
+mod host;
+mod host_tests;
+mod ipoc;
 mod layout;
 mod malformed;
+mod mutated;
+mod names;
 mod number;
+mod pace;
+mod quantum;
+mod reply;
 mod scan;
 mod telegram;
+#[cfg(test)]
+mod vectors;
 mod write;
 
 pub use config::{Channel, EthernetConfig, Index, Kind, Transport};
@@ -40,9 +52,12 @@ pub use controller_late::LateRule;
 pub use controller_limits::Limits;
 pub use controller_settings::{Family, Settings};
 pub use dangers::{Danger, Dangerous, Mode, Trap};
+pub use event::Event;
 pub use frames::{Frames, Prefix, split};
+pub use host::{Frame, Host, HostOptions};
 pub use layout::{Slot, layout};
 pub use malformed::{Malformed, Why};
 pub use number::{BadNumber, NumberWhy, decimals, parse};
+pub use reply::{Corrections, ReplyError};
 pub use telegram::{EXTERNAL, Element, Form, Ipoc, POSE, Root, Telegram};
 pub use write::{DECIMALS_MAX, NotFinite, fixed, sent};

@@ -298,3 +298,156 @@ fn put_attribute(out: &mut Vec<u8>, key: &str, value: &str) {
     let quote = if value.contains('"') { "'" } else { "\"" };
     put(out, &[" ", key, "=", quote, value, quote]);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::vectors::{GPIO, HELLO_EMPTY, KRC2_DAT, RICH, SEN_DAT, SEN_MANUAL, SPACED, TELEGRAMS, UPPER};
+    use super::*;
+
+    fn decoded(text: &str) -> Telegram {
+        Telegram::decode(text.as_bytes()).unwrap()
+    }
+
+    fn encoded(telegram: &Telegram) -> String {
+        let mut out = Vec::new();
+        telegram.encode(&mut out);
+        String::from_utf8(out).unwrap()
+    }
+
+    /// Everything between quotes, and everything between tags that is not blank.
+    fn values(text: &str) -> Vec<&str> {
+        let between_tags = text.split('<').filter_map(|tag| tag.split_once('>')).map(|(_, text)| text.trim());
+        text.split('"').skip(1).step_by(2).chain(between_tags.filter(|text| !text.is_empty())).collect()
+    }
+
+    #[test]
+    fn every_quoted_telegram_is_read_and_written_as_it_was() {
+        for (name, text, ipoc) in TELEGRAMS {
+            let telegram = decoded(text);
+            assert_eq!(telegram.ipoc().map(|ipoc| ipoc.text).as_deref(), Some(ipoc), "{name}");
+            let once = encoded(&telegram);
+            assert_eq!(decoded(&once), telegram, "{name}");
+            assert_eq!(encoded(&decoded(&once)), once, "{name}");
+            assert_eq!(values(&once), values(text), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_rail_frame_of_a_krc2_keeps_its_order_and_its_numbers() {
+        let telegram = decoded(KRC2_DAT);
+        assert_eq!((telegram.root, telegram.kind.as_str(), telegram.form), (Root::Rob, "KUKA", Form::Dat));
+        assert_eq!(telegram.elements.iter().position(|element| element.tag == "IPOC"), Some(9));
+        assert_eq!(telegram.elements.len(), 17);
+        let pose = telegram.six("RIst", POSE).unwrap().unwrap();
+        assert_eq!(
+            pose.map(f64::to_bits),
+            [93.9531, -347.9674, 1844.9703, -126.946, 24.9226, -28.2871].map(f64::to_bits)
+        );
+        let external = telegram.six("EIPos", EXTERNAL).unwrap().unwrap();
+        assert_eq!(external[0].to_bits(), 226_966.932_6_f64.to_bits());
+        assert_eq!(telegram.element("ComStatus").unwrap().text, "continuous");
+        assert_eq!(telegram.element("Tech").unwrap().value("p8x3"), Some("0.0000"));
+        assert_eq!(telegram.element("Tick").unwrap().text, "0000000000000000");
+    }
+
+    #[test]
+    fn foreign_forms_are_read() {
+        assert!(decoded(UPPER).upper_type);
+        assert!(encoded(&decoded(UPPER)).starts_with("<Rob TYPE=\"KUKA\">"));
+        assert_eq!(decoded(GPIO).number("GPIO", "01"), Some(Ok(1.0)));
+        assert_eq!(decoded(SPACED).number("Run", ""), Some(Ok(1.0)));
+        assert_eq!(decoded(SPACED).number("Delay", "D"), Some(Ok(0.0)));
+        assert_eq!(decoded(SPACED).ipoc(), Some(Ipoc { text: "0000000000".into(), value: 0 }));
+        assert_eq!(decoded(RICH).number("OvPro", "R"), Some(Ok(99.0)));
+        assert_eq!(decoded(SEN_MANUAL).ipoc().unwrap().value, 123_645_634_563);
+        assert_eq!(decoded(SEN_DAT).extra.len(), 2);
+        assert_eq!(decoded(HELLO_EMPTY).ipoc(), None);
+        // A buffer of 2048 bytes, padded; a byte-order mark; a prologue; a comment; single quotes.
+        let padded = format!("\u{feff}<?xml version=\"1.0\"?><!-- {GPIO} -->{}\0\0\0\0", GPIO.replace('"', "'"));
+        assert_eq!(decoded(&padded), decoded(GPIO));
+    }
+
+    #[test]
+    fn a_document_made_here_is_what_a_controller_wants() {
+        let mut telegram = Telegram::new(Root::Sen, "ImFree", Form::Flat);
+        telegram.elements.push(Element::text("Stop", "0"));
+        telegram.elements.push(Element::attributes("GPIO", [("01", "1".to_owned())]));
+        telegram.elements.push(Element::text("IPOC", "0012"));
+        assert_eq!(encoded(&telegram), r#"<Sen Type="ImFree"><Stop>0</Stop><GPIO 01="1"/><IPOC>0012</IPOC></Sen>"#);
+        let dat = encoded(&Telegram::new(Root::Sen, "CoRob", Form::Dat));
+        assert_eq!(dat, r#"<Sen Type="CoRob"><Dat TaskType="b"></Dat></Sen>"#);
+    }
+
+    #[test]
+    fn every_mistake_has_a_name_and_a_place() {
+        let many = |count: usize| (0..count).map(|i| format!("<E{i} X=\"1\"/>")).collect::<String>();
+        let attributes = |count: usize| (0..count).map(|i| format!(" A{i}=\"1\"")).collect::<String>();
+        let long = "x".repeat(65);
+        let cases: Vec<(String, Why, usize)> = [
+            ("", Why::Empty, 0),
+            (" \0\r\n\0", Why::Empty, 5),
+            ("hello", Why::NoRoot, 0),
+            (" <ROOT/>", Why::NoRoot, 1),
+            ("<rob Type=\"KUKA\"></rob>", Why::NoRoot, 0),
+            ("<Rob Type=\"KUKA\"><IPOC>12", Why::Truncated, 25),
+            ("<Rob Type=\"KUKA\"><IPOC>12</IPOC>", Why::Truncated, 32),
+            ("<Rob Type=\"KU", Why::Truncated, 13),
+            ("<Rob><RIst X=1/></Rob>", Why::BadAttribute, 13),
+            ("<Rob><RIst X/></Rob>", Why::BadAttribute, 12),
+            ("<Rob><RIst X=\"1<2\"/></Rob>", Why::BadValue, 15),
+            ("<Rob><RIst X=\"1\0\"/></Rob>", Why::BadValue, 15),
+            ("<Rob><A>1\u{7f}</A></Rob>", Why::BadValue, 9),
+            ("<Rob><RIst X=\"1\" X=\"2\"/></Rob>", Why::AttributeTwice, 17),
+            ("<Rob><RIst X=\"1\" / ></Rob>", Why::BadTag, 17),
+            ("<Rob><A>1</B></Rob>", Why::WrongClose, 9),
+            ("<Rob><A>1</A></Sen>", Why::WrongClose, 13),
+            ("<Rob><A><B>1</B></A></Rob>", Why::Nested, 8),
+            ("<Rob><Dat><Dat></Dat></Dat></Rob>", Why::Nested, 10),
+            ("<Rob><Dat></Dat><Dat></Dat></Rob>", Why::DatTwice, 16),
+            ("<Rob>1<A/></Rob>", Why::StrayText, 5),
+            ("<Rob><A/>,</Rob>", Why::StrayText, 9),
+            ("<Rob><\u{e4}/></Rob>", Why::BadName, 6),
+            ("<Rob><IPOC>1</IPOC><IPOC>2</IPOC></Rob>", Why::IpocTwice, 19),
+            ("<Rob></Rob><Rob></Rob>", Why::Trailing, 11),
+            ("<Rob></Rob>x", Why::Trailing, 11),
+        ]
+        .map(|(text, why, at)| (text.to_owned(), why, at))
+        .into_iter()
+        .chain([
+            (format!("<Rob><{long}/></Rob>"), Why::BadName, 6),
+            (format!("<Rob>{}</Rob>", many(256)), Why::Empty, 0),
+            (format!("<Rob>{}</Rob>", many(257)), Why::TooManyElements, 5 + many(256).len()),
+            (format!("<Rob><A{}/></Rob>", attributes(129)), Why::TooManyAttributes, 8 + attributes(128).len()),
+            (format!("<Rob>{}</Rob>", " ".repeat(65_526)), Why::TooLong, 65_536),
+        ])
+        .collect();
+        for (text, why, at) in cases {
+            let shown: String = text.chars().take(60).collect();
+            match Telegram::decode(text.as_bytes()) {
+                // As many elements as allowed.
+                Ok(telegram) => assert_eq!((telegram.elements.len(), why), (256, Why::Empty), "{shown}"),
+                Err(problem) => assert_eq!(problem, Malformed { at, why }, "{shown}"),
+            }
+        }
+        assert_eq!(Telegram::decode(b"<Rob>\xff</Rob>"), Err(Malformed { at: 5, why: Why::NotUtf8 }));
+    }
+
+    #[test]
+    fn a_stamp_is_a_whole_number() {
+        for (text, value) in [("0", Some(0)), (" 12\n", Some(12)), ("18446744073709551615", Some(u64::MAX))] {
+            assert_eq!(decoded(&format!("<Rob><IPOC>{text}</IPOC></Rob>")).ipoc().map(|ipoc| ipoc.value), value);
+        }
+        for text in ["", "-1", "1.0", "18446744073709551616", "12a", "+1"] {
+            assert_eq!(decoded(&format!("<Rob><IPOC>{text}</IPOC></Rob>")).ipoc(), None, "{text}");
+        }
+    }
+
+    #[test]
+    fn a_value_that_is_no_number_says_where_it_stands() {
+        let telegram = decoded(r#"<Rob><RIst X="1,5" Y="2"/></Rob>"#);
+        let problem = telegram.six("RIst", POSE).unwrap().unwrap_err();
+        assert_eq!(problem.to_string(), "RIst.X = '1,5': a comma; numbers on this wire have a point");
+        assert_eq!(telegram.number("RIst", "Z").unwrap().unwrap_err().why, NumberWhy::Absent);
+        assert_eq!(telegram.number("RSol", "X"), None);
+    }
+}
