@@ -10,11 +10,14 @@ mod demo;
 mod diagnose;
 mod effect;
 mod identify;
+mod import;
 mod inputs;
 mod ladder;
 mod model;
 mod outcome;
 mod progress;
+mod record;
+mod recorded;
 mod replay;
 mod run;
 mod stability;
@@ -68,6 +71,10 @@ enum Command {
     Calibrate(calibrate::Arguments),
     /// Identify what lies between a robot's command and its pose.
     Identify(identify::Arguments),
+    /// Record a real cell: robots, sensor, clocks and everything unusual.
+    Record(record::Arguments),
+    /// Make a session of what another program recorded.
+    Import(import::Arguments),
     /// Write recordings and a model to a folder, and go all the way from error to effect.
     Demo(demo::Arguments),
 }
@@ -153,6 +160,8 @@ impl Command {
             Command::Stability(arguments) => arguments.run(catalog, console),
             Command::Calibrate(arguments) => arguments.run(catalog, console),
             Command::Identify(arguments) => arguments.run(catalog, console),
+            Command::Record(arguments) => arguments.run(catalog, console),
+            Command::Import(arguments) => arguments.run(catalog, console),
             Command::Demo(arguments) => arguments.run(catalog, console),
         }
     }
