@@ -5,8 +5,10 @@
 pub mod blocks;
 pub mod calibrate;
 pub mod case;
+pub mod cell;
 pub mod clamp;
 pub mod cli;
+pub mod clocks;
 pub mod compare;
 pub mod diagnose;
 pub mod error;

@@ -20,6 +20,8 @@ use crate::trace::{Columns, Trace};
 use alloc::vec::Vec;
 use run::Run;
 
+mod facility;
+pub use facility::{Facility, Reported, Stepped};
 mod history;
 mod memories;
 mod run;
@@ -41,11 +43,15 @@ pub struct Clamps<'a, S: Space> {
 
 impl<S: Space> Default for Clamps<'_, S> {
     fn default() -> Self {
-        Clamps { commanded: None, achieved: None, measured: None, sensed: None, applied: None }
+        Clamps::NONE
     }
 }
 
 impl<S: Space> Clamps<'_, S> {
+    /// Nothing is clamped.
+    const NONE: Clamps<'static, S> =
+        Clamps { commanded: None, achieved: None, measured: None, sensed: None, applied: None };
+
     /// Whether any wire is clamped.
     fn any(&self) -> bool {
         self.commanded.is_some()

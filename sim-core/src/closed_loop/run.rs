@@ -29,7 +29,7 @@ pub(super) struct Run<'a, S: Space, R: Rig<S>, const EFFECTS: bool, const CLAMPE
     /// Whether the read-back is looked at between the ticks of the loop.
     watched: bool,
     silent: bool,
-    signals: Signals<S>,
+    pub(super) signals: Signals<S>,
     memories: Memories,
     satellites: <R::Plant as Plant<S>>::State,
     robot: <R::Robot as Robot<S>>::State,
@@ -38,7 +38,7 @@ pub(super) struct Run<'a, S: Space, R: Rig<S>, const EFFECTS: bool, const CLAMPE
     noise_random: Stream,
     slow: <S::Wrench as Noisy>::Slow,
     sample: Option<S::Wrench>,
-    loop_index: usize,
+    pub(super) loop_index: usize,
     sensor_index: usize,
 }
 
@@ -88,28 +88,48 @@ impl<'a, S: Space, R: Rig<S>, const EFFECTS: bool, const CLAMPED: bool> Run<'a, 
             if loop_ticks {
                 self.command(now);
             }
-            let achieved = self.follow(index, step);
-            self.read_back(index, step, &achieved, loop_ticks);
-            if EFFECTS || loop_ticks || sensor_ticks {
-                self.touch(step, &achieved);
-            }
-            if sensor_ticks {
-                self.sense(now, trace);
-            }
+            let achieved = self.feel(index, step, loop_ticks, sensor_ticks, trace);
             if loop_ticks {
                 self.feed_back(now, trace);
             }
-            if self.reads_back() {
-                // Last in the step: copied as a whole right after it was put together, it would stall the processor.
-                self.history.push(&achieved);
-            }
-            if CLAMPED && self.columns.achieved {
-                trace.achieved.push(self.signals.achieved);
-            }
-            if CLAMPED && self.columns.measured {
-                trace.measured_steps.push(self.signals.measured);
-            }
+            self.keep(&achieved, trace);
             now = now + rates.physics_step;
+        }
+    }
+
+    /// The robot moves, its pose is read back, the interfaces touch, the sensor reads.
+    #[inline(always)]
+    pub fn feel(
+        &mut self,
+        index: usize,
+        step: Step,
+        loop_ticks: bool,
+        sensor_ticks: bool,
+        trace: &mut Trace<S>,
+    ) -> S::Motion {
+        let achieved = self.follow(index, step);
+        self.read_back(index, step, &achieved, loop_ticks);
+        if EFFECTS || loop_ticks || sensor_ticks {
+            self.touch(step, &achieved);
+        }
+        if sensor_ticks {
+            self.sense(step.now, trace);
+        }
+        achieved
+    }
+
+    /// The read-back remembers the pose.
+    #[inline(always)]
+    pub fn keep(&mut self, achieved: &S::Motion, trace: &mut Trace<S>) {
+        if self.reads_back() {
+            // Last in the step: copied as a whole right after it was put together, it would stall the processor.
+            self.history.push(achieved);
+        }
+        if CLAMPED && self.columns.achieved {
+            trace.achieved.push(self.signals.achieved);
+        }
+        if CLAMPED && self.columns.measured {
+            trace.measured_steps.push(self.signals.measured);
         }
     }
 
@@ -118,10 +138,18 @@ impl<'a, S: Space, R: Rig<S>, const EFFECTS: bool, const CLAMPED: bool> Run<'a, 
     fn command(&mut self, now: Nanos) {
         let rig = self.of.rig;
         let step = Step { index: self.loop_index as u64, now, dt: self.of.rates.loop_period };
-        self.signals.commanded = match self.clamps.commanded {
+        let commanded = match self.clamps.commanded {
             Some(recorded) if CLAMPED => recorded[self.loop_index.min(recorded.len() - 1)],
             _ => rig.compensator().command(&mut self.compensator, step, rig.plant().motion(&self.satellites)),
         };
+        self.issue(step, commanded);
+    }
+
+    /// The robot receives this command.
+    #[inline(always)]
+    pub fn issue(&mut self, step: Step, commanded: S::Motion) {
+        let rig = self.of.rig;
+        self.signals.commanded = commanded;
         let mut fresh = rig.link().receive::<S>(&self.signals.commanded);
         if EFFECTS {
             let seen = &self.signals;
@@ -130,7 +158,7 @@ impl<'a, S: Space, R: Rig<S>, const EFFECTS: bool, const CLAMPED: bool> Run<'a, 
             });
         }
         self.signals.received = fresh;
-        let due_s = rig.link().due_s(now, &fresh);
+        let due_s = rig.link().due_s(step.now, &fresh);
         if self.loop_index == 0 {
             self.robot = rig.robot().start(&fresh.motion, due_s);
         } else {
