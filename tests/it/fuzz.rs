@@ -4,6 +4,7 @@
 //! target's name and its number alone. `tests/fuzz/` gives the same targets to libFuzzer.
 
 mod mutate;
+mod sensors;
 mod targets;
 
 use mutate::Mutator;
@@ -95,6 +96,16 @@ fn a_datagram_is_cut_into_documents() {
 }
 
 #[test]
+fn a_host_takes_any_datagram() {
+    check("host");
+}
+
+#[test]
+fn a_controller_takes_any_reply() {
+    check("controller");
+}
+
+#[test]
 fn an_ethernet_configuration_is_read_or_refused_at_its_line() {
     check("ethernet");
 }
@@ -105,8 +116,48 @@ fn an_rdt_stream_is_counted() {
 }
 
 #[test]
-fn an_rdt_device_takes_any_request() {
-    check("rdt-device");
+fn a_buffered_stream_is_counted() {
+    check("buffered");
+}
+
+#[test]
+fn an_optoforce_stream_is_counted() {
+    check("optoforce");
+}
+
+#[test]
+fn a_schunk_stream_is_counted() {
+    check("schunk");
+}
+
+#[test]
+fn a_bota_line_is_counted() {
+    check("bota");
+}
+
+#[test]
+fn a_robotiq_line_is_counted() {
+    check("robotiq");
+}
+
+#[test]
+fn a_described_stream_is_counted() {
+    check("record-stream");
+}
+
+#[test]
+fn described_datagrams_are_counted() {
+    check("record");
+}
+
+#[test]
+fn a_device_takes_any_request() {
+    check("devices");
+}
+
+#[test]
+fn a_calibration_page_is_read_or_refused() {
+    check("calibration");
 }
 
 #[test]

@@ -14,6 +14,7 @@ mod contact;
 mod criteria;
 mod determinism;
 mod effects;
+mod foreign;
 mod fuzz;
 mod hidden;
 mod identification;

@@ -4,9 +4,13 @@
 //! piece that leaves no trace, a name that is empty, a place outside the input, an encoding that is not stable, a count that is
 //! not the sum.
 
+use super::sensors::{
+    calibration, calibrations, devices, dialogue, rdt_sessions, requests, sensor, sensor_settings, settings_texts,
+};
 use drivers::capture::{Reader, Why as CaptureWhy};
-use drivers::ft::{Device, Event, Sensor, Settings, Transport};
-use drivers::rsi::{self, EthernetConfig, Frames, Mode, Telegram};
+use drivers::rsi::{
+    self, Controller, Corrections, EthernetConfig, Family, Frames, Host, HostOptions, LateRule, Mode, Telegram,
+};
 use harness::cell::CellConfig;
 use sim_core::time::Nanos;
 use std::collections::BTreeMap;
@@ -31,21 +35,67 @@ pub const TARGETS: &[Target] = &[
     Target { name: "telegram", run: telegram, seeds: telegrams, sound: "telegram" },
     Target { name: "frames", run: frames, seeds: streams, sound: "document" },
     Target { name: "datagram", run: datagram, seeds: telegrams, sound: "document" },
+    Target { name: "host", run: host, seeds: frame_sessions, sound: "frame" },
+    Target { name: "controller", run: controller, seeds: reply_sessions, sound: "taken" },
     Target { name: "ethernet", run: ethernet, seeds: ethernets, sound: "configuration" },
-    Target { name: "rdt", run: rdt, seeds: rdt_sessions, sound: "ft-sample" },
-    Target { name: "rdt-device", run: rdt_device, seeds: rdt_requests, sound: "stream" },
+    Target { name: "rdt", run: |input, outcomes| sensor(0, input, outcomes), seeds: rdt_sessions, sound: "ft-sample" },
+    Target {
+        name: "buffered",
+        run: |input, outcomes| sensor(1, input, outcomes),
+        seeds: || dialogue(1),
+        sound: "ft-sample",
+    },
+    Target {
+        name: "optoforce",
+        run: |input, outcomes| sensor(2, input, outcomes),
+        seeds: || dialogue(2),
+        sound: "ft-sample",
+    },
+    Target {
+        name: "schunk",
+        run: |input, outcomes| sensor(3, input, outcomes),
+        seeds: || dialogue(3),
+        sound: "ft-sample",
+    },
+    Target {
+        name: "bota",
+        run: |input, outcomes| sensor(4, input, outcomes),
+        seeds: || dialogue(4),
+        sound: "ft-sample",
+    },
+    Target {
+        name: "robotiq",
+        run: |input, outcomes| sensor(5, input, outcomes),
+        seeds: || dialogue(5),
+        sound: "ft-sample",
+    },
+    Target {
+        name: "record-stream",
+        run: |input, outcomes| sensor(6, input, outcomes),
+        seeds: || dialogue(6),
+        sound: "ft-sample",
+    },
+    Target {
+        name: "record",
+        run: |input, outcomes| sensor(7, input, outcomes),
+        seeds: || dialogue(7),
+        sound: "ft-sample",
+    },
+    Target { name: "devices", run: devices, seeds: requests, sound: "stream" },
+    Target { name: "calibration", run: calibration, seeds: calibrations, sound: "calibration" },
     Target { name: "sensor-settings", run: sensor_settings, seeds: settings_texts, sound: "settings" },
     Target { name: "capture", run: capture, seeds: captures, sound: "packet" },
     Target { name: "cell", run: cell, seeds: cells, sound: "cell" },
 ];
 
-fn count(outcomes: &mut Outcomes, name: &'static str) {
+/// One more of these.
+pub fn count(outcomes: &mut Outcomes, name: &'static str) {
     assert!(!name.is_empty(), "an outcome without a name");
     *outcomes.entry(name).or_default() += 1;
 }
 
 /// Cuts an input into the pieces of a session: two bytes of length before each.
-fn pieces(mut input: &[u8]) -> impl Iterator<Item = &[u8]> {
+pub fn pieces(mut input: &[u8]) -> impl Iterator<Item = &[u8]> {
     std::iter::from_fn(move || {
         let (length, rest) = input.split_first_chunk::<2>()?;
         let (piece, after) = rest.split_at(usize::from(u16::from_le_bytes(*length)).min(rest.len()));
@@ -54,8 +104,8 @@ fn pieces(mut input: &[u8]) -> impl Iterator<Item = &[u8]> {
     })
 }
 
-/// The other way round.
-fn session<'a>(pieces: impl IntoIterator<Item = &'a [u8]>) -> Vec<u8> {
+/// Pieces as an input.
+pub fn session<'a>(pieces: impl IntoIterator<Item = &'a [u8]>) -> Vec<u8> {
     let mut bytes = Vec::new();
     for piece in pieces {
         bytes.extend_from_slice(&u16::try_from(piece.len()).unwrap_or(u16::MAX).to_le_bytes());
@@ -153,6 +203,93 @@ fn datagram(input: &[u8], outcomes: &mut Outcomes) {
     }
 }
 
+fn bench() -> EthernetConfig {
+    EthernetConfig::parse(include_str!("../../../fixtures/cells/rsi/bench.xml")).expect("the configuration is sound")
+}
+
+fn frame_sessions() -> Vec<Vec<u8>> {
+    let frame = |ipoc: u64| {
+        format!(
+            "<Rob Type=\"KUKA\"><RIst X=\"1.0000\" Y=\"0.0000\" Z=\"992.0000\" A=\"0.0000\" B=\"0.0000\" C=\"0.0000\"/>\
+             <RSol X=\"1.0000\" Y=\"0.0000\" Z=\"992.0000\" A=\"0.0000\" B=\"0.0000\" C=\"0.0000\"/><Delay D=\"0\"/>\
+             <IPOC>{ipoc}</IPOC></Rob>"
+        )
+    };
+    let of = |stamps: &[u64]| {
+        let frames: Vec<String> = stamps.iter().map(|ipoc| frame(*ipoc)).collect();
+        session(frames.iter().map(String::as_bytes))
+    };
+    // In order; repeated, missing, back, begun anew; over 2^32.
+    vec![
+        of(&[100, 104, 108, 112]),
+        of(&[100, 104, 104, 116, 112, 4]),
+        of(&[4_294_967_288, 4_294_967_292, 0, 4]),
+        session([KRC4.as_bytes(), KRC2.as_bytes()]),
+    ]
+}
+
+/// The PC's side of a robot: each datagram is a frame, an event, or both, and what it counts is what it said.
+fn host(input: &[u8], outcomes: &mut Outcomes) {
+    let mut host = Host::new(bench(), HostOptions::default());
+    let (mut all, mut now) = (Vec::new(), Nanos(0));
+    for piece in pieces(input) {
+        now = now + Nanos(if piece.len() % 16 == 5 { 300_000_000 } else { 4_000_000 });
+        host.tick(now, &mut all);
+        let before = all.len();
+        let frames = host.receive_datagram(now, piece, &mut all);
+        assert!(!frames.is_empty() || all.len() > before, "a datagram of {} bytes leaves no trace", piece.len());
+        for frame in &frames {
+            let values = frame.pose_mm_deg.into_iter().chain(frame.external).flatten();
+            assert!(values.into_iter().all(f64::is_finite), "{frame:?}");
+            count(outcomes, "frame");
+        }
+        if !frames.is_empty() {
+            let correction = Corrections::six("RKorr", rsi::POSE, [0.0, 0.0, piece.len() as f64 * 1e-3, 0.0, 0.0, 0.0]);
+            let reply = host.reply(&correction).expect("a fresh frame is answered");
+            let reply = Telegram::decode(&reply).expect("the answer is a document");
+            assert!(reply.ipoc().is_some());
+        }
+    }
+    let mut classes = Outcomes::new();
+    all.iter().for_each(|event| count(&mut classes, event.class()));
+    assert_eq!(&classes, host.counts(), "each event is counted once");
+    for (name, times) in classes.iter().chain(host.causes()) {
+        *outcomes.entry(name).or_default() += times;
+    }
+    if all.is_empty() {
+        count(outcomes, "nothing");
+    }
+}
+
+/// Stamps of a controller that begins at 1000.
+fn reply_sessions() -> Vec<Vec<u8>> {
+    let replies: Vec<String> =
+        (0..6).map(|cycle| SEN.replace("123645634563", &(1000 + 4 * cycle).to_string())).collect();
+    vec![session(replies.iter().map(String::as_bytes))]
+}
+
+/// The controller's side of a robot: whatever is answered, its target stays within its limits.
+fn controller(input: &[u8], outcomes: &mut Outcomes) {
+    let mut settings = rsi::Settings::new(bench(), Family::Krc4);
+    (settings.first_ipoc, settings.bad_stops) = (1000, false);
+    settings.late = LateRule::Total { limit: 20 };
+    let start = [0.0, 0.0, 992.0, 0.0, 0.0, 0.0];
+    let mut controller = Controller::new(settings, start, [0.0; 6]);
+    let mut events = Vec::new();
+    for piece in pieces(input) {
+        let frame = controller.frame(&controller.target_mm_deg(), &[0.0; 6]);
+        assert!(controller.stopped().is_some() || Telegram::decode(&frame).is_ok());
+        controller.cycle(Some(piece), &mut events);
+        let target = controller.target_mm_deg();
+        assert!((0..3).all(|axis| (target[axis] - start[axis]).abs() <= 5.0 + 1e-9), "{target:?} is out of limits");
+        if events.is_empty() {
+            count(outcomes, if controller.stopped().is_some() { "after-the-stop" } else { "taken" });
+        }
+        events.drain(..).for_each(|event| count(outcomes, event.class()));
+    }
+    count(outcomes, "session");
+}
+
 fn ethernets() -> Vec<Vec<u8>> {
     let krc2 = "<ROOT><CONFIG><IP_NUMBER>192.0.1.2</IP_NUMBER><PORT>6008</PORT><PROTOCOL>TCP</PROTOCOL><SENTYPE>CoRob\
         </SENTYPE><PROTCOLLENGTH>Off</PROTCOLLENGTH><ONLYSEND>FALSE</ONLYSEND></CONFIG><!-- KRC2 !--><SEND><ELEMENTS>\
@@ -181,118 +318,6 @@ fn ethernet(input: &[u8], outcomes: &mut Outcomes) {
             count(outcomes, "refused");
         }
     }
-}
-
-fn settings(text: &str) -> Settings {
-    toml::from_str(text).expect("these settings are sound")
-}
-
-/// The host's side of a sensor: nothing comes in without leaving a trace, and its own count is the sum.
-fn sensor(settings: &Settings, input: &[u8], outcomes: &mut Outcomes) {
-    let datagrams = settings.protocol.transport() == Transport::Udp;
-    let mut sensor = settings.sensor().expect("these settings are sound");
-    let (mut sent, mut all, mut now) = (Vec::new(), Vec::new(), Nanos(0));
-    sensor.start(&mut sent);
-    for piece in pieces(input) {
-        // Pieces of odd length come late, so that the sensor is stale at times.
-        now = now + Nanos(if piece.len() % 2 == 0 { 1_000_000 } else { 60_000_000 });
-        let before = all.len();
-        sensor.receive(now, piece, &mut all);
-        assert!(!datagrams || all.len() > before, "a datagram of {} bytes leaves no trace", piece.len());
-        sensor.tick(now, &mut sent, &mut all);
-        assert!(sent.len() < 64, "{} requests", sent.len());
-        sent.clear();
-    }
-    let mut classes = Outcomes::new();
-    for event in &all {
-        count(&mut classes, event.class());
-        match event {
-            Event::Sample(sample) => {
-                assert!(sample.force_n.iter().chain(&sample.torque_n_m).all(|v| v.is_finite()), "{sample:?}");
-                assert!(sample.device_s.is_none_or(f64::is_finite), "{sample:?}");
-            }
-            Event::Malformed(why) => count(outcomes, why.id()),
-            _ => {}
-        }
-        assert!(!event.to_string().is_empty());
-    }
-    let counted: Outcomes = sensor.tally().classes().collect();
-    assert_eq!(classes, counted, "each event is counted once");
-    let malformed: u64 = sensor.tally().malformed().map(|(_, count)| count).sum();
-    assert_eq!(malformed, sensor.tally().class("ft-malformed"), "each malformed piece is named");
-    for (class, times) in classes {
-        *outcomes.entry(class).or_default() += times;
-    }
-    if all.is_empty() {
-        count(outcomes, "nothing");
-    }
-}
-
-const RDT: &str = "protocol = \"rdt\"\nrate_hz = 1000\ncounts_per_n = 1000000\ncounts_per_n_m = 1000000\n";
-
-fn rdt_sessions() -> Vec<Vec<u8>> {
-    let record = |sequence: u32, status: u32, counts: [i32; 6]| {
-        let words = [sequence, sequence.wrapping_mul(7), status];
-        let words = words.into_iter().chain(counts.map(|count| count as u32));
-        words.flat_map(u32::to_be_bytes).collect::<Vec<u8>>()
-    };
-    let usual = [12_500_000, -3_250_000, 98_066_500, 125_000, -1, 0];
-    let saturated = [i32::MAX, i32::MIN, 0, 0, 0, 0];
-    let buffered = [record(1, 0, usual), record(2, 0, usual), record(3, 0, usual)].concat();
-    let wrapping = [record(u32::MAX, 0x8002_0000, saturated), record(0, 0, usual)];
-    let plain: Vec<Vec<u8>> = (1..12).map(|sequence| record(sequence, 0, usual)).collect();
-    let of = |records: &[Vec<u8>]| session(records.iter().map(Vec::as_slice));
-    vec![
-        of(&plain),
-        of(&[buffered]),
-        of(&wrapping),
-        of(&[record(1, 0, usual), record(1, 0x8001_0000, usual), Vec::new()]),
-    ]
-}
-
-fn rdt(input: &[u8], outcomes: &mut Outcomes) {
-    sensor(&settings(RDT), input, outcomes);
-}
-
-fn rdt_requests() -> Vec<Vec<u8>> {
-    let request = |code: u8| vec![0x12, 0x34, 0, code, 0, 0, 0, 3];
-    vec![session(
-        [request(2), request(0x42), request(0x41), request(3), request(4), request(0)].iter().map(Vec::as_slice),
-    )]
-}
-
-/// The sensor's side: whatever is asked of it, it streams or it does not, and a sample is one datagram at most.
-fn rdt_device(input: &[u8], outcomes: &mut Outcomes) {
-    let mut device = settings(RDT).device().expect("these settings are sound");
-    let (mut out, mut now) = (Vec::new(), Nanos(0));
-    for piece in pieces(input) {
-        now = now + Nanos(1_000_000);
-        device.receive(now, piece, &mut out);
-        assert!(out.is_empty(), "RDT has no answers");
-        device.sample([1.0, -2.0, f64::from(piece.len() as u32)], [0.0; 3], &mut out);
-        assert!(out.len() <= 1 && out.iter().all(|datagram| datagram.len() == 36), "{out:?}");
-        count(outcomes, if out.is_empty() { "silent" } else { "stream" });
-        out.clear();
-    }
-    count(outcomes, "session");
-}
-
-fn settings_texts() -> Vec<Vec<u8>> {
-    let axia = "protocol = \"rdt\"\nmodel = \"axia\"\naddress = \"192.168.1.1:49152\"\nclock_hz = 7812\nrate_hz = 488.5\n\
-        counts_per_n = 1e6\ncounts_per_n_m = 1e6\nbuffered = true\nrecords_per_datagram = 40\nstale_ms = 100\n";
-    [RDT, axia].map(|text| text.as_bytes().to_vec()).to_vec()
-}
-
-fn sensor_settings(input: &[u8], outcomes: &mut Outcomes) {
-    let text = String::from_utf8_lossy(input);
-    let Ok(settings) = toml::from_str::<Settings>(&text) else {
-        return count(outcomes, "not-settings");
-    };
-    let host = settings.sensor();
-    for error in [host.as_ref().err(), settings.device().as_ref().err(), settings.period().as_ref().err()] {
-        assert!(error.is_none_or(|error| !error.field.is_empty() && !error.problem.is_empty()));
-    }
-    count(outcomes, if host.is_ok() { "settings" } else { "unusable" });
 }
 
 fn captures() -> Vec<Vec<u8>> {
