@@ -1,6 +1,7 @@
 //! A controller that shares nothing with this code, in Python straight from the protocol's pages, against the virtual cell.
 //!
-//! Without Python the tests are skipped, and say so. The short form has 1,000 cycles, `DOCKHIL_FULL=1` has 10,000.
+//! Without Python the tests are skipped, and say so. The short form has 1,000 cycles, `DOCKHIL_FULL=1` has 10,000. The clients
+//! that others have published run where `tests/foreign/third_party.sh` has installed them and says so in `DOCKHIL_THIRD_PARTY`.
 
 use harness::cell::run::{Options, Ran, run};
 use harness::cell::wires::{Addresses, Pace, Wires};
@@ -60,6 +61,20 @@ fn summary(client: Started) -> Value {
     let line = ended.output.lines().last().unwrap_or_default().to_owned();
     assert_eq!((ended.code, ended.was_stopped), (Some(0), false), "{}", ended.output);
     serde_json::from_str(&line).unwrap_or_else(|error| panic!("{error}: {}", ended.output))
+}
+
+/// The cell begins when the sensor is asked, and a frame to a port that nobody has bound yet would end it. The kernel's own table
+/// is read, since a datagram to find out would be a frame to the client.
+fn until_bound(robot: SocketAddr) {
+    let port = format!(":{:04X}", robot.port());
+    for _ in 0..3000 {
+        let table = std::fs::read_to_string("/proc/net/udp").expect("Linux lists its UDP ports");
+        if table.lines().filter_map(|line| line.split_whitespace().nth(1)).any(|local| local.ends_with(&port)) {
+            return;
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    panic!("nobody has bound {robot} within a minute");
 }
 
 fn controlled(arguments: &[&str]) -> (Ran, Value) {
@@ -131,10 +146,7 @@ fn two_clients_in_python_share_the_virtual_cell() {
     let mut wires = wires(robot);
     let (count, sensor) = (cycles().to_string(), wires.sensor().to_string());
     let rsi = start(&["python3", &script("rsi_client.py"), &robot.to_string(), &count]);
-    // The cell begins when the sensor is asked; a frame to a port that is not bound yet would end the run.
-    while UdpSocket::bind(robot).is_ok() {
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    until_bound(robot);
     // It is slower than a cell in virtual time, and may lose readings; it reads on until half of them have come.
     let half = (2 * cycles()).to_string();
     let ft = start(&["python3", &script("rdt_client.py"), &sensor, &half]);
@@ -149,4 +161,40 @@ fn two_clients_in_python_share_the_virtual_cell() {
     let [samples, gaps, last] = ["samples", "gaps", "last_sequence"].map(|name| ft[name].as_u64().unwrap());
     assert_eq!(samples + gaps, last, "each reading came or is missing: {ft}");
     assert_eq!((ft["malformed"].as_u64(), ft["duplicates"].as_u64()), (Some(0), Some(0)));
+}
+
+/// RSIPI answers the robot, and `sensor` reads the force; both unchanged, as published.
+fn check_third_party(python: &str, library: &str, sensor: &str) {
+    const CYCLES: u64 = 10_000;
+    let robot = free();
+    let addresses = Addresses { robots: vec![robot], sensor: sensor.parse().unwrap() };
+    let mut wires = Wires::bind(&addresses, Pace::Virtual { patience: GENEROUS }, GENEROUS).expect("free ports");
+    let folder = tempfile::tempdir().unwrap();
+    let config = folder.path().join("rsi.xml");
+    let bench = Cell::find(Path::new("bench")).unwrap().rsi[0].text.clone();
+    std::fs::write(&config, bench.replace(">49152<", &format!(">{}<", robot.port()))).unwrap();
+    let (runner, count) = (script("third_party.py"), CYCLES.to_string());
+    let rsi = start(&[python, &runner, "rsipi", &config.display().to_string(), &count]);
+    until_bound(robot);
+    let ft = start(&[python, &runner, library, &wires.sensor().to_string(), &(2 * CYCLES).to_string()]);
+    wires.watch(rsi);
+    let ran = ran(&mut wires, CYCLES);
+    let rsi = summary(wires.release().expect("it was watched"));
+    let ft = summary(ft);
+    println!("{rsi}\n{ft}");
+    assert_eq!((ran.cycles, ran.answered, ran.stops.len()), (CYCLES, CYCLES, 0), "{:?}", ran.events);
+    assert_eq!(ran.events.get("controller-late"), None, "{:?}", ran.events);
+    assert_eq!((rsi["cycles"].as_u64(), rsi["gaps"].as_u64()), (Some(CYCLES), Some(0)));
+    assert!(ft["samples"].as_u64().unwrap() >= 2 * CYCLES, "{ft}");
+}
+
+#[test]
+fn published_clients_run_the_virtual_cell() {
+    let Ok(python) = std::env::var("DOCKHIL_THIRD_PARTY") else {
+        println!("skipped: no published client is installed; tests/foreign/third_party.sh does it");
+        return;
+    };
+    check_third_party(&python, "pynetft", "127.0.0.1:0");
+    // NetFT knows one port only.
+    check_third_party(&python, "netft", "127.0.0.49:49152");
 }
