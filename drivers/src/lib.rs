@@ -7,6 +7,7 @@
 //! as [`sim_core::time::Nanos`], and sockets stay in one file behind a feature.
 #![warn(missing_docs)]
 
+pub mod capture;
 pub mod fault;
 pub mod ft;
 #[cfg(feature = "net")]

@@ -5,7 +5,7 @@
 
 use crate::case::Case;
 use crate::model::{Chosen, Device, Model};
-use sim_core::closed_loop::{Clamps, ClosedLoop, Start};
+use sim_core::closed_loop::{Clamps, ClosedLoop, Facility, Start, Stepped};
 use sim_core::compensator::{Compensation, DelayCompensation, Hybrid, Uncompensated};
 use sim_core::contact::{ContactLaw, Sides, SpringDashpot};
 use sim_core::effect::{Attached, Context, Effect, Rates};
@@ -84,6 +84,13 @@ fn rig<L, D>(model: &Model, mass_kg: f64, law: L, delay: D) -> DockingAxis<L, Hy
     }
 }
 
+/// The software half of a cell: satellites and compensator, as the model says them.
+pub fn software(model: &Model) -> (PointMass, Hybrid<Compensation>) {
+    let law = SpringDashpot { stiffness_n_per_m: 0.0, damping_n_s_per_m: 0.0, sides: Sides::One };
+    let rig = rig(model, model.plant.mass_kg, law, model.compensation);
+    (rig.plant, rig.compensator)
+}
+
 /// A docking cell: a model, and what differs from it in one run.
 #[derive(Debug, Clone, Copy)]
 pub struct Cell<'a> {
@@ -133,6 +140,38 @@ impl<'a> Cell<'a> {
             Device::HuntCrossley(law) => self.run_on(law, &run, trace),
             Device::Table(law) => self.run_on(law, &run, trace),
         }
+    }
+
+    /// Hands the facility's half of the loop to `work`, which steps it with commands of its own.
+    pub fn facility(
+        &self,
+        effects: &[Attached<Axis>],
+        rates: Rates,
+        start: &Start<Axis>,
+        work: &mut dyn FnMut(&mut dyn Stepped<Axis>),
+    ) {
+        let (base, contact) = (&self.base, &self.model.contact);
+        let device = contact.law.device(base.stiffness_n_per_m, base.damping_n_s_per_m, contact.release.sides());
+        match device.expect("the model was checked") {
+            Device::SpringDashpot(law) => self.facility_on(law, effects, rates, start, work),
+            Device::Hertz(law) => self.facility_on(law, effects, rates, start, work),
+            Device::HuntCrossley(law) => self.facility_on(law, effects, rates, start, work),
+            Device::Table(law) => self.facility_on(law, effects, rates, start, work),
+        }
+    }
+
+    fn facility_on<L: ContactLaw<Axis>>(
+        &self,
+        law: L,
+        effects: &[Attached<Axis>],
+        rates: Rates,
+        start: &Start<Axis>,
+        work: &mut dyn FnMut(&mut dyn Stepped<Axis>),
+    ) {
+        let mut rig = rig(self.model, self.mass_kg, law, Uncompensated);
+        rig.sensor.bias_n += self.sensor_offset_n;
+        let looped = ClosedLoop::new(&rig, effects, rates);
+        work(&mut Facility::new(&looped, start));
     }
 
     fn run_on<L: ContactLaw<Axis>>(&self, law: L, run: &Run<'_>, trace: &mut Trace<Axis>) {

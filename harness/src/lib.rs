@@ -8,6 +8,7 @@ pub mod case;
 pub mod cell;
 pub mod clamp;
 pub mod cli;
+pub mod clocks;
 pub mod compare;
 pub mod diagnose;
 pub mod error;

@@ -203,12 +203,17 @@ fn task(model: &Model, run: &Run, speed_scatter: f64, rates: &Rates) -> (AxisMot
     }
 }
 
-/// Three sines each, incommensurable, of the size that the recorded cells use (9 mm, 0.11 rad). Chosen.
 fn excited(time_s: f64) -> AxisMotion {
+    let excited = excitation(time_s);
+    AxisMotion { position_m: WAITING_M + excited.position_m, ..excited }
+}
+
+/// Three sines each, incommensurable, of the size that the recorded cells use (9 mm, 0.11 rad). Chosen.
+pub(crate) fn excitation(time_s: f64) -> AxisMotion {
     let sines = |parts: [(f64, f64); 3]| -> f64 {
         parts.iter().map(|(size, frequency_hz)| size * libm::sin(2.0 * PI * frequency_hz * time_s)).sum()
     };
-    let position_m = WAITING_M + sines([(0.005, 0.41), (0.003, 0.97), (0.001, 2.3)]);
+    let position_m = sines([(0.005, 0.41), (0.003, 0.97), (0.001, 2.3)]);
     AxisMotion { pitch_rad: sines([(0.06, 0.53), (0.04, 1.31), (0.02, 3.1)]), ..AxisMotion::moving(position_m, 0.0) }
 }
 
@@ -268,13 +273,14 @@ pub(crate) fn written(
     }
 }
 
-fn pose(z_m: f64, pitch_rad: f64) -> Pose {
+/// A pose along the axis, with its pitch.
+pub(crate) fn pose(z_m: f64, pitch_rad: f64) -> Pose {
     let half_rad = 0.5 * pitch_rad;
     Pose { position_m: [0.0, 0.0, z_m], orientation_xyzw: [libm::sin(half_rad), 0.0, 0.0, libm::cos(half_rad)] }
 }
 
 /// The metadata record `session`: what [`crate::model::from_session`] turns into this model again.
-fn believed(model: &Model, mass_kg: f64, kind: Kind) -> BTreeMap<String, String> {
+pub(crate) fn believed(model: &Model, mass_kg: f64, kind: Kind) -> BTreeMap<String, String> {
     let numbers = [
         ("reduced_mass_kg", mass_kg),
         ("device_stiffness_n_per_m", model.contact.stiffness_n_per_m),

@@ -3,8 +3,10 @@
 
 mod bodies;
 mod calibration;
+mod capture;
 mod cell_facility;
 mod cli;
+mod clocks;
 mod compare;
 mod compensators;
 mod confusion;

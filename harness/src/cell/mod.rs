@@ -5,8 +5,21 @@
 //!             └─ model.toml: what the operator believes of the cell
 //! ```
 
+pub mod clock;
 mod config;
 mod config_check;
+pub mod controller;
+pub mod faults;
+pub mod frames;
+pub mod on_wire;
+mod parts;
+mod pc;
+pub mod process;
+pub mod run;
+pub mod serve;
+pub mod session;
+pub mod virtual_cell;
+pub mod wires;
 
 pub use config::{Carries, PlaceConfig, RailConfig, RobotConfig, SensorConfig, StartConfig, TimeConfig};
 pub use config::{Cell, TextFile, embedded};

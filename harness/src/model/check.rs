@@ -1,7 +1,7 @@
 //! What a number of a model may be.
 
 use super::effects::{DELAY_HELP, List, check_delays, check_effects, delays};
-use super::{CalibrationModel, Model, RigKind, RobotModel, TimingModel, place};
+use super::{CalibrationModel, LawModel, Model, RigKind, RobotModel, TimingModel, place};
 use crate::error::Error;
 use serde::de::DeserializeOwned;
 use sim_core::compensator::DelayCompensation;
@@ -174,6 +174,8 @@ impl Model {
     fn numbers(&self) -> [(&'static str, f64, Sign); 21] {
         let (contact, timing, sensor) = (&self.contact, &self.timing, &self.sensor);
         let (software, scatter) = (&self.virtual_contact, &self.repeatability);
+        // A spring preloaded too far pushes apart: unstable, and answered. The other laws have no such form.
+        let stiffness = if contact.law == LawModel::SpringDashpot { Sign::Any } else { Sign::NotNegative };
         [
             ("plant.mass_kg", self.plant.mass_kg, Sign::Positive),
             ("timing.loop_period_s", timing.loop_period_s, Sign::Positive),
@@ -181,7 +183,7 @@ impl Model {
             ("timing.physics_step_s", timing.physics_step_s, Sign::Positive),
             ("timing.command_delay_s", timing.command_delay_s, Sign::NotNegative),
             ("timing.measurement_delay_s", timing.measurement_delay_s, Sign::NotNegative),
-            ("contact.stiffness_n_per_m", contact.stiffness_n_per_m, Sign::NotNegative),
+            ("contact.stiffness_n_per_m", contact.stiffness_n_per_m, stiffness),
             ("contact.damping_n_s_per_m", contact.damping_n_s_per_m, Sign::Any),
             ("contact.offset_n", contact.offset_n, Sign::Any),
             ("virtual_contact.stiffness_n_per_m", software.stiffness_n_per_m, Sign::Any),

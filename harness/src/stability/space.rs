@@ -107,7 +107,11 @@ fn pressed(model: &SpaceModel, left_out: &mut Vec<String>) -> Result<SpaceLoop, 
         }
     }
     if model.contact.friction > 0.0 {
-        left_out.push("friction: it only takes energy".to_owned());
+        left_out.push(
+            "friction: its force is as late as the rest, and may shake a contact across its normal that is stable here: run the \
+             scenario, and judge its forces across"
+                .to_owned(),
+        );
     }
     let felt = if software.architecture == Architecture::PureSoftware { 0.0 } else { 1.0 };
     let added = if software.architecture == Architecture::PureHardware { 0.0 } else { 1.0 };

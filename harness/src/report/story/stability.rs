@@ -91,7 +91,7 @@ fn sentences(answer: &Answer) -> Vec<String> {
              preloaded too far does this; let its springs out, or add a stiffness in software that outweighs it."
                 .to_owned(),
         );
-    } else if answer.growth_per_s.is_none() && answer.stable == Some(false) {
+    } else if answer.too_heavy_a_tool {
         said.push(
             "The sensor feels at least as much undeclared mass as the satellites have: unstable in free flight, whatever the \
              damping. Declare the tool's mass, or simulate a heavier satellite."

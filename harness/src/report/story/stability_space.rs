@@ -28,7 +28,7 @@ fn verdict(answer: &SpaceAnswer) -> String {
         (true, Some(margin_s)) => format!("stable; margin {} of delay on both paths", value(margin_s, "s")),
         (true, None) => "stable, and no delay that was tried changes it".to_owned(),
         (false, Some(margin_s)) => format!("unstable; {} of delay are too much", value(-margin_s, "s")),
-        (false, None) => "unstable, even without delay".to_owned(),
+        (false, None) => "unstable, even with no delay but the hold of half a tick".to_owned(),
     }
 }
 
