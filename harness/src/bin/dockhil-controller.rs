@@ -30,6 +30,9 @@ struct Arguments {
     /// What it does.
     #[arg(long, value_enum, default_value_t)]
     task: Task,
+    /// Begin here along z instead of where the cell says, in m; positive is penetration.
+    #[arg(long, value_name = "Z", allow_negative_numbers = true)]
+    position: Option<f64>,
     /// Begin with this speed along z instead of the cell's, in m/s.
     #[arg(long, value_name = "V", allow_negative_numbers = true)]
     velocity: Option<f64>,
@@ -59,6 +62,9 @@ fn main() -> ExitCode {
 fn serve(arguments: &Arguments) -> Result<u64, Error> {
     let mut cell = Cell::find(&arguments.cell)?;
     cell.config.start.velocity_m_per_s = arguments.velocity.unwrap_or(cell.config.start.velocity_m_per_s);
+    if let Some(position_m) = arguments.position {
+        cell.begin_at(position_m)?;
+    }
     let model = cell.model(&sim_core::effects::standard())?;
     let mut addresses = Addresses::of(&cell);
     if arguments.rsi.len() > addresses.robots.len() {

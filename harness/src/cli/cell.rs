@@ -34,6 +34,9 @@ pub struct Running {
     /// Length of the run in the cell's own time, in s.
     #[arg(long, value_name = "S", default_value_t = 2.0)]
     pub duration: f64,
+    /// Begin here along z instead of where the cell says, in m; positive is penetration.
+    #[arg(long, value_name = "Z", allow_negative_numbers = true)]
+    pub position: Option<f64>,
     /// Begin with this speed along z instead of the cell's, in m/s.
     #[arg(long, value_name = "V", allow_negative_numbers = true)]
     pub velocity: Option<f64>,
@@ -76,6 +79,9 @@ impl Running {
                 return Err(Error::new(what).help("give the speed in m/s; positive closes the gap"));
             }
             cell.config.start.velocity_m_per_s = velocity_m_per_s;
+        }
+        if let Some(position_m) = self.position {
+            cell.begin_at(position_m)?;
         }
         cell.config.seed = self.seed.or(cell.config.seed);
         if let Some(path) = &self.output {
