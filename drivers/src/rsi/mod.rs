@@ -10,6 +10,7 @@
 //! | `frames` | a stream or a datagram cut into documents |
 //! | `config`, `config_xml`, `layout`, `dangers` | the Ethernet configuration file of the controller |
 //! | `controller*` | the controller's side of one robot |
+//! | `host`, `event`, `ipoc`, `quantum`, `reply` | the PC's side for one robot |
 //! | `host`, `event`, `ipoc`, `pace`, `names`, `quantum`, `reply` | the PC's side for one robot |
 //!
 //! Source: reference/PROTOCOLS.md, section 1.

@@ -48,7 +48,7 @@ impl<C: Controller> OnWire<C> {
         let robot = |nth: usize| {
             let config = &cell.config.robots[nth];
             let reported = Reported { pose_mm_deg: config.start_mm_deg, ..Reported::default() };
-            let pc = Pc::new(cell.ethernet(nth)?, &config.correction, config.decimals);
+            let pc = Pc::new(cell.ethernet(nth)?, &config.correction, config.decimals, config.mode.into());
             let (mode, start_mm_deg) = (config.mode, config.start_mm_deg);
             Ok(Robot { pc, mode, start_mm_deg, reported, sent_mm_deg: [0.0; 6] })
         };
@@ -71,6 +71,11 @@ impl<C: Controller> OnWire<C> {
     /// What to ask the sensor at the beginning.
     pub fn start(&mut self, requests: &mut Vec<Vec<u8>>) {
         self.sensor.start(requests);
+    }
+
+    /// The lines in the order in which sockets are read: what is sent before a frame of the probe's robot is then read after it.
+    pub fn lines(&self) -> Vec<Line> {
+        [self.probe].into_iter().chain(self.nozzle).map(Line::Robot).chain([Line::Sensor]).collect()
     }
 
     /// Time has passed: what the sensor must be asked again.

@@ -1,11 +1,11 @@
-//! The computer's side of one robot's link: frames in, answers out.
+//! The computer's side of one robot's link, with its events counted.
 
 use crate::error::Error;
-use drivers::rsi::{EXTERNAL, Element, EthernetConfig, Form, POSE, Root, Telegram, fixed, sent};
+use drivers::rsi::{Corrections, EthernetConfig, Event, Host, HostOptions, Mode, POSE};
 use sim_core::time::Nanos;
 use std::collections::BTreeMap;
 
-/// What a frame says.
+/// What the newest frame says.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Fresh {
     /// `RIst`, if it is there.
@@ -16,60 +16,54 @@ pub(super) struct Fresh {
 
 /// See the module.
 pub(super) struct Pc {
-    config: EthernetConfig,
+    host: Host,
     correction: String,
-    decimals: u8,
-    ipoc: String,
-    form: Form,
-    last: Option<Vec<u8>>,
+    events: Vec<Event>,
 }
 
 impl Pc {
-    pub fn new(config: EthernetConfig, correction: &str, decimals: u8) -> Self {
-        let correction = correction.to_owned();
-        Pc { config, correction, decimals, ipoc: String::new(), form: Form::Flat, last: None }
+    pub fn new(config: EthernetConfig, correction: &str, decimals: u8, mode: Mode) -> Self {
+        let host = Host::new(config, HostOptions { decimals, mode, ..HostOptions::default() });
+        Pc { host, correction: correction.to_owned(), events: Vec::new() }
     }
 
-    /// A frame that wants a new answer.
-    pub fn receive(&mut self, _now: Nanos, bytes: &[u8], events: &mut BTreeMap<String, u64>) -> Option<Fresh> {
-        let frame = match Telegram::decode(bytes) {
-            Ok(frame) => frame,
-            Err(error) => {
-                *events.entry(format!("rsi-malformed-{}", error.why.id())).or_default() += 1;
-                self.last = None;
-                return None;
-            }
-        };
-        let ipoc = frame.ipoc()?.text;
-        if ipoc == self.ipoc {
-            return None;
-        }
-        (self.ipoc, self.form) = (ipoc, frame.form);
-        let six = |tag, names| frame.six(tag, names).and_then(Result::ok);
-        Some(Fresh { pose_mm_deg: six("RIst", POSE), external_mm: six("EIPos", EXTERNAL) })
+    /// The newest of the frames in a datagram, if it wants a new answer.
+    pub fn receive(&mut self, now: Nanos, datagram: &[u8], counts: &mut BTreeMap<String, u64>) -> Option<Fresh> {
+        let frame = self.host.receive_datagram(now, datagram, &mut self.events).pop();
+        self.count(counts);
+        frame.map(|frame| Fresh { pose_mm_deg: frame.pose_mm_deg, external_mm: frame.external })
     }
 
     /// The answer to a frame that came again.
     pub fn again(&self) -> Option<Vec<u8>> {
-        self.last.clone()
+        self.host.repeat().map(<[u8]>::to_vec)
     }
 
     /// The answer to the newest frame, and what it really says.
     pub fn reply(&mut self, correction: &[f64; 6]) -> Result<(Vec<u8>, [f64; 6]), Error> {
-        let mut answer = Telegram::new(Root::Sen, &self.config.sentype, self.form);
-        let written = correction.iter().map(|value| fixed(*value, self.decimals)).collect::<Result<Vec<_>, _>>();
-        let written = written.map_err(|error| {
-            Error::new(format!("the controller commands a pose that is no number: {error}"))
-                .help("correct the controller")
+        let mut values = Corrections::none();
+        for (name, value) in POSE.into_iter().zip(correction) {
+            if self.host.config().receives(&self.correction, name).is_some() {
+                values.number(&self.correction, name, *value);
+            }
+        }
+        let bytes = self.host.reply(&values).map_err(|error| {
+            let help = "correct the controller, or the Ethernet configuration of the robot";
+            Error::new(format!("no answer can be written: {error}")).help(help)
         })?;
-        answer.elements.push(Element::attributes(&self.correction, POSE.into_iter().zip(written)));
-        answer.elements.push(Element::text("IPOC", &self.ipoc));
-        let mut bytes = Vec::new();
-        answer.encode(&mut bytes);
-        self.last = Some(bytes.clone());
-        Ok((bytes, correction.map(|value| sent(value, self.decimals))))
+        let sent = |name| self.host.sent(&self.correction, name).and_then(|text| text.parse().ok());
+        Ok((bytes, POSE.map(|name| sent(name).unwrap_or(0.0))))
     }
 
     /// Time has passed.
-    pub fn tick(&mut self, _now: Nanos, _events: &mut BTreeMap<String, u64>) {}
+    pub fn tick(&mut self, now: Nanos, counts: &mut BTreeMap<String, u64>) {
+        self.host.tick(now, &mut self.events);
+        self.count(counts);
+    }
+
+    fn count(&mut self, counts: &mut BTreeMap<String, u64>) {
+        for event in self.events.drain(..).filter(|event| !event.is_news()) {
+            *counts.entry(event.class().to_owned()).or_default() += 1;
+        }
+    }
 }

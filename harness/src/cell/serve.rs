@@ -55,7 +55,7 @@ impl Served {
             let sockets: Vec<&dyn AsFd> =
                 self.robots.iter().chain([&self.sensor]).map(|one| one as &dyn AsFd).collect();
             wait(&sockets, LOOK).map_err(|error| Error::new(format!("cannot wait for the sockets: {error}")))?;
-            let heard = self.hear()?;
+            let heard = self.hear(&on_wire.lines())?;
             let came = !heard.is_empty();
             for (line, at, bytes) in heard {
                 let Some(answer) = on_wire.receive(line, at, &bytes)? else { continue };
@@ -77,13 +77,12 @@ impl Served {
 
     /// What has come: readings, then the frames of the nozzle's robot, then those of the probe's. They are read the other way
     /// round: when a frame is there, all that was sent before it is there too.
-    fn hear(&mut self) -> Result<Vec<(Line, Nanos, Vec<u8>)>, Error> {
+    fn hear(&mut self, lines: &[Line]) -> Result<Vec<(Line, Nanos, Vec<u8>)>, Error> {
         let clock = self.clock;
         let now = || clock.now();
         let mut heard = Vec::new();
         let mut arrivals = Vec::new();
-        let lines = (0..self.robots.len()).map(Line::Robot).chain([Line::Sensor]);
-        for line in lines {
+        for line in lines.iter().copied() {
             let endpoint = match line {
                 Line::Robot(nth) => &mut self.robots[nth],
                 Line::Sensor => &mut self.sensor,
