@@ -15,6 +15,7 @@ pub mod error;
 pub mod files;
 pub mod identify;
 pub mod model;
+pub mod recorder;
 pub mod recording;
 pub mod replay;
 pub mod report;
