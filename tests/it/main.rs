@@ -14,6 +14,8 @@ mod contact;
 mod criteria;
 mod determinism;
 mod effects;
+mod foreign;
+mod fuzz;
 mod hidden;
 mod identification;
 mod r#loop;
