@@ -26,6 +26,7 @@ mod page;
 mod physics;
 mod recording;
 mod replay;
+mod rsi;
 mod scenario;
 mod sets;
 mod shell;

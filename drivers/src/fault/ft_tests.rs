@@ -1,6 +1,5 @@
 //! Each fault of the sensor's stream, from the virtual sensor through the wire to the host's side: what it reports is the table.
 
-use super::tests::faults;
 use super::*;
 use crate::ft::{AnyDevice, AnySensor, Device, Event as FtEvent, Sensor, Settings};
 use sim_core::rng::Streams;
@@ -23,11 +22,11 @@ struct Bench {
 impl Bench {
     fn new(list: &[WireFault]) -> Bench {
         let text = "protocol = \"rdt\"\nrate_hz = 1000\ncounts_per_n = 1000000\ncounts_per_n_m = 1000000";
-        let settings: Settings = toml::from_str(text).unwrap();
+        let settings: Settings = toml::from_str(text).expect("sound settings");
         let link = |on| Faulty::new(on, Robot::None, list, PERIOD, &Streams::new(11));
         Bench {
-            device: settings.device().unwrap(),
-            sensor: settings.sensor().unwrap(),
+            device: settings.device().expect("a device"),
+            sensor: settings.sensor().expect("a sensor"),
             requests: link(Stream::FtRequest),
             stream: link(Stream::Ft),
             asked: 0,
@@ -80,7 +79,7 @@ fn each_fault_of_the_sensor_is_reported_as_the_table_says() {
     let mut wrong = Vec::new();
     for row in TABLE.iter().filter(|row| matches!(row.on, Stream::Ft | Stream::FtRequest) && row.needs == Needs::Bytes)
     {
-        let (seen, idle) = Bench::new(&faults(&tests::example(row)).unwrap()).run();
+        let (seen, idle) = Bench::new(&tests::sound(&tests::example(row))).run();
         let seen: Vec<&str> = seen.into_iter().collect();
         if seen != row.classes || idle > 0 {
             wrong.push(format!("{} on {}: seen {seen:?}, table {:?}, idle {idle}", row.id, row.on.id(), row.classes));

@@ -1,7 +1,7 @@
 //! Each fault of an RSI link, from the virtual controller through the wire to the host's side: what it reports is the table, and
 //! the robot ends as a real one would.
 
-use super::tests::{example, faults};
+use super::tests::{example, sound};
 use super::*;
 use crate::rsi::{
     Controller, ControllerEvent, Corrections, EthernetConfig, Family, Host, HostOptions, LateRule, POSE, Settings,
@@ -30,7 +30,7 @@ fn config() -> EthernetConfig {
         send.concat(),
         receive.concat() + "<ELEMENT TAG=\"EKorr.E1\" TYPE=\"DOUBLE\" INDX=\"7\" HOLDON=\"1\"/>"
     ))
-    .unwrap()
+    .expect("a sound configuration")
 }
 
 /// Controller, wire, host; one fault.
@@ -129,7 +129,7 @@ fn each_fault_of_a_link_is_reported_as_the_table_says() {
     let mut wrong = Vec::new();
     let performed = |row: &&Row| matches!(row.needs, Needs::Bytes | Needs::Controller);
     for row in TABLE.iter().filter(|row| matches!(row.on, Stream::RsiFrame | Stream::RsiReply)).filter(performed) {
-        let mut bench = Bench::new(&faults(&example(row)).unwrap());
+        let mut bench = Bench::new(&sound(&example(row)));
         bench.run();
         let (idle, seen) = (bench.idle(), bench.classes.into_iter().collect::<Vec<_>>());
         if seen != row.classes || idle > 0 {
@@ -150,7 +150,7 @@ fn a_run_ends_as_a_real_cell_would_end_it() {
         ("id = \"ipoc-step\"\nstep = 4\nfor = 1000", Some((StopReason::Timeout { late: 101 }, 160))),
     ];
     for (fault, expected) in table {
-        let list = faults(&format!("[[fault]]\non = \"rsi-reply\"\nat = 60\n{fault}")).unwrap();
+        let list = sound(&format!("[[fault]]\non = \"rsi-reply\"\nat = 60\n{fault}"));
         let mut bench = Bench::new(&list);
         bench.run();
         assert_eq!(bench.controller.stopped().map(|stop| (stop.reason, stop.cycle)), expected, "{fault}");
@@ -164,7 +164,7 @@ fn a_run_with_faults_repeats_to_the_bit() {
     let text = "[[fault]]\nid = \"flip-bit\"\non = \"rsi-frame\"\nat = 40\nfor = 100\nchance = 0.3\n\
                 [[fault]]\nid = \"drop\"\non = \"rsi-reply\"\nat = 40\nfor = 100\nchance = 0.3";
     let run = || {
-        let mut bench = Bench::new(&faults(text).unwrap());
+        let mut bench = Bench::new(&sound(text));
         bench.run();
         (bench.classes, bench.log, bench.host.causes().clone())
     };
@@ -180,7 +180,7 @@ fn the_table_names_every_action_once_per_stream_and_says_what_is_alike() {
     for row in TABLE {
         assert!(row.classes.is_sorted(), "{}", row.id);
     }
-    let alike = |id, on| alike(row(id, on).unwrap()).map(|row| row.id).collect::<Vec<_>>().join(" ");
+    let alike = |id, on| alike(row(id, on).expect("a row")).map(|row| row.id).collect::<Vec<_>>().join(" ");
     assert_eq!(alike("ipoc-back", Stream::RsiFrame), "ipoc-restart");
     assert_eq!(alike("swap", Stream::RsiFrame), "hold");
     assert_eq!(alike("length", Stream::Ft), "truncate");

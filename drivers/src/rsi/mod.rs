@@ -27,10 +27,12 @@ mod dangers;
 mod event;
 mod frames;
 mod host;
+#[cfg(test)]
 mod host_tests;
 mod ipoc;
 mod layout;
 mod malformed;
+#[cfg(test)]
 mod mutated;
 mod names;
 mod number;

@@ -1,11 +1,12 @@
 //! The parts of a cell, made from its files and checked against each other.
 
 use super::config::{Cell, FamilyName, FormName, LateConfig, LimitsConfig, ModeName, RobotConfig};
-use super::frames::{Places, Reported};
+use super::frames::{Places, Reported, recorded, relative};
 use crate::error::Error;
 use crate::model::{Model, RigKind, place};
+use crate::scenario::run::TRAVEL_MAX_M;
 use drivers::ft;
-use drivers::rsi::{Danger, EthernetConfig, Family, Form, LateRule, Limits, Mode, POSE, Settings};
+use drivers::rsi::{Danger, EthernetConfig, Family, Form, LateRule, Limits, Mode, POSE, Settings, sent};
 use sim_core::effect::Catalog;
 use sim_core::space::{Axis, AxisMotion};
 
@@ -125,6 +126,25 @@ impl Cell {
         }
         let pitch_rad = 2.0 * libm::atan2(turn.x, turn.w);
         Ok(AxisMotion { pitch_rad, ..AxisMotion::moving(pose.position_m.z, self.config.start.velocity_m_per_s) })
+    }
+
+    /// Moves the start along z: the probe's robot then begins where the probe is there.
+    ///
+    /// # Errors
+    /// When the position is outside the hall.
+    pub fn begin_at(&mut self, position_m: f64) -> Result<(), Error> {
+        if position_m.is_nan() || position_m.abs() > TRAVEL_MAX_M {
+            let what = format!("a start at {position_m} m is outside [-{TRAVEL_MAX_M}, {TRAVEL_MAX_M}]");
+            return Err(Error::new(what).help("give metres; positive z is penetration of the contact plane"));
+        }
+        let (start, (probe, nozzle), places) = (self.start(), self.roles(), self.places());
+        let nozzle = nozzle.map(|nth| start[nth]);
+        let mut pose = recorded(&places.relative(&start[probe], nozzle.as_ref()));
+        pose.position_m[2] = position_m;
+        let asked = places.probe_mm_deg(&relative(&pose), &start[probe].external_mm, nozzle.as_ref());
+        // Controllers begin where they say: a start has no more digits than a frame.
+        self.config.robots[probe].start_mm_deg = asked.map(|value| sent(value, self.config.robots[probe].decimals));
+        Ok(())
     }
 
     /// An error at a key of the cell's file.

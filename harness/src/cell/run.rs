@@ -187,7 +187,7 @@ impl Run<'_> {
         }
         let name = |(nth, why): (usize, String)| (self.cell.config.robots[nth].name.clone(), why);
         Ok(Ran {
-            session: cell.log.session(self.model, &self.cell.config.name, cell.touched, self.late_s),
+            session: cell.log.session(self.model, self.cell, cell.touched, self.late_s),
             cycles: prints.len() as u64,
             answered,
             stops: cell.stops().into_iter().map(name).collect(),

@@ -4,12 +4,13 @@
 //! arrived at the other side. Times are those of the cell: a command bears the time of the cycle that it answers, a reading the time
 //! at which it was taken. Twist is not on the wire, and so not in the session.
 
-use super::config::Cell;
+use super::config::{Carries, Cell};
 use crate::error::Error;
 use crate::files::sha256_hex;
 use crate::model::Model;
 use crate::recording::{Grade, Kind, Luggage, Pose, Series, Session, Wrench, write_mcap_with};
 use crate::simulate::believed;
+use drivers::metres_from_millimetres;
 
 /// Date of the first cycle, in ns: any date will do, and it is never the clock's.
 const START_NS: i64 = 1_770_000_000_000_000_000;
@@ -49,7 +50,8 @@ impl Log {
 
     /// The session of a run; `touched` says whether probe and nozzle did, `late_s` by how much a recorder's stamps of the
     /// readings are late.
-    pub fn session(&self, model: &Model, name: &str, touched: bool, late_s: f64) -> Session {
+    pub fn session(&self, model: &Model, cell: &Cell, touched: bool, late_s: f64) -> Session {
+        let name = &cell.config.name;
         let kind = match (touched, self.moved()) {
             (true, _) => Kind::Impact,
             (false, true) => Kind::FreeFlight,
@@ -61,12 +63,17 @@ impl Log {
         let mut sensed = self.sensed.clone();
         let late_ns = (late_s * 1e9).round() as i64;
         sensed.time_ns.iter_mut().for_each(|time_ns| *time_ns += late_ns);
+        let mut record = believed(model, model.plant.mass_kg, kind);
+        // The step to which a command is rounded: `compare` asks no more of our software than that.
+        let decimals = cell.config.robot(Carries::Probe).map_or(0, |robot| i32::from(robot.decimals));
+        let quantum_m = metres_from_millimetres(libm::pow(10.0, -f64::from(decimals)));
+        record.insert("command_quantum_m".to_owned(), quantum_m.to_string());
         Session {
             file: format!("{name}.cell").into(),
             sha256: sha256_hex(&bytes),
             start_ns: START_NS,
             kind,
-            believed: believed(model, model.plant.mass_kg, kind),
+            believed: record,
             twist: None,
             commanded: Some(self.commanded.clone()),
             measured: Some(self.measured.clone()),

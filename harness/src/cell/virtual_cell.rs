@@ -16,7 +16,7 @@ use crate::error::Error;
 use crate::model::Model;
 use crate::recording::Wrench;
 use crate::simulate;
-use drivers::fault::{Event, Faulty, Needs, Robot, Schedule, Stream, WireFault, row};
+use drivers::fault::{Event, Faulty, Needs, Out, Robot, Schedule, Stream, WireFault, row};
 use drivers::ft::{self, AnyDevice, AnySensor, Device, Sensor};
 use drivers::rsi::{Controller, ControllerEvent, POSE, Telegram};
 use sim_core::closed_loop::Stepped;
@@ -43,6 +43,8 @@ pub struct Packet {
     pub at: Nanos,
     /// What it says.
     pub bytes: Vec<u8>,
+    /// Whether it is as it was sent and when: an answer to one that is not cannot be counted on.
+    pub is_sound: bool,
 }
 
 /// One robot's controller, its faults, and what was heard of it.
@@ -139,7 +141,8 @@ impl<'f> VirtualCell<'f> {
         for request in arrived {
             self.device.receive(self.now, &request.bytes, &mut answers);
         }
-        out.extend(answers.into_iter().map(|bytes| Packet { line: Line::Sensor, at: self.now, bytes }));
+        let at = self.now;
+        out.extend(answers.into_iter().map(|bytes| Packet { line: Line::Sensor, at, bytes, is_sound: true }));
     }
 
     /// Whether somebody asked for the sensor's stream.
@@ -189,7 +192,8 @@ impl<'f> VirtualCell<'f> {
             None => self.ft.pass(self.samples, None, &mut arrived),
         }
         self.samples += 1;
-        out.extend(arrived.into_iter().map(|packet| Packet { line: Line::Sensor, at, bytes: packet.bytes }));
+        let packet = |packet: Out| Packet { line: Line::Sensor, at, bytes: packet.bytes, is_sound: true };
+        out.extend(arrived.into_iter().map(packet));
     }
 
     fn frame(&mut self, nth: usize, measured: &AxisMotion, out: &mut Vec<Packet>) {
@@ -204,16 +208,22 @@ impl<'f> VirtualCell<'f> {
             self.target(nth)
         };
         let link = &mut self.links[nth];
+        let mut runs_on = true;
         for (fault, schedule) in &mut link.clock_faults {
             if schedule.due(self.cycle) && link.controller.disturb(&fault.action) {
                 schedule.count();
+                runs_on = false;
             }
         }
         let frame = link.controller.frame(&here.pose_mm_deg, &here.external_mm);
         let mut arrived = Vec::new();
         link.frames.pass(self.cycle, (!frame.is_empty()).then_some(&frame), &mut arrived);
         let at = self.now;
-        out.extend(arrived.into_iter().map(|packet| Packet { line: Line::Robot(nth), at, bytes: packet.bytes }));
+        let packet = |packet: Out| {
+            let is_sound = runs_on && packet.bytes == frame;
+            Packet { line: Line::Robot(nth), at, bytes: packet.bytes, is_sound }
+        };
+        out.extend(arrived.into_iter().map(packet));
     }
 
     /// Where a robot is sent.

@@ -126,6 +126,7 @@ pub fn assess(subject: &Subject) -> Result<Answer, Error> {
     match subject {
         Subject::OneDelay(one) => one_delay(subject, one).map_err(refused),
         Subject::Cell(cell) => of_cell(subject, cell).map_err(refused),
+        Subject::Space(_) => Err(Error::new("a model with six axes is told by its roots")),
     }
 }
 
@@ -282,7 +283,7 @@ fn delay_margin(subject: &Subject, stable: bool) -> Option<Margin> {
     // The shortest delay that a cell can have is one tick of its loop.
     let tick_s = match subject {
         Subject::Cell(cell) => cell.model.timing.loop_period_s,
-        Subject::OneDelay(_) => 0.0,
+        Subject::OneDelay(_) | Subject::Space(_) => 0.0,
     };
     let far = far.max(tick_s - here);
     // Towards longer delays the loop is left once; the grid finds the first edge, halving the edge itself.

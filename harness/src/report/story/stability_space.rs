@@ -1,12 +1,19 @@
 //! The stability of a cell with six axes as a page.
 
 use super::super::page::{Page, Row, Section, Table, Tone};
+use super::stability::chart;
 use super::table::{numbers, row, table, words as text};
 use super::words::{figures, number, value};
-use crate::stability::SpaceAnswer;
+use crate::stability::{Domain, SpaceAnswer};
 
 /// The answer as a page.
-pub fn stability_space_page(title: &str, answer: &SpaceAnswer, command: &str, provenance: &[(String, String)]) -> Page {
+pub fn stability_space_page(
+    title: &str,
+    answer: &SpaceAnswer,
+    domain: Option<&Domain>,
+    command: &str,
+    provenance: &[(String, String)],
+) -> Page {
     Page {
         title: title.to_owned(),
         tone: if answer.stable { Tone::Good } else { Tone::Bad },
@@ -16,7 +23,7 @@ pub fn stability_space_page(title: &str, answer: &SpaceAnswer, command: &str, pr
         heat: Vec::new(),
         plots: Vec::new(),
         loops: Vec::new(),
-        charts: Vec::new(),
+        charts: domain.map(|domain| chart(None, domain)).into_iter().collect(),
         tables: [roots(answer), quantities(answer)].into_iter().flatten().collect(),
         ladder: None,
         provenance: provenance.to_vec(),
