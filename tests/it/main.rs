@@ -22,6 +22,7 @@ mod r#loop;
 mod measurements;
 mod mistakes;
 mod oracles;
+mod outputs;
 mod page;
 mod physics;
 mod recording;

@@ -57,6 +57,7 @@ impl Arguments {
             inputs::writable(path)?;
             inputs::not_read(path, self.model.iter().chain(&self.outputs.json).chain(&self.outputs.report))?;
         }
+        inputs::one_on_stdout(self.outputs.json.iter().chain(&self.outputs.report).chain(&self.sweep))?;
         if self.chart.is_some() && self.outputs.report.is_none() && self.sweep.is_none() {
             return Err(Error::new("a chart needs a page to stand on, or a file for its data")
                 .place("--chart")
@@ -93,7 +94,7 @@ impl Arguments {
         if let (Some(path), Some(sweep)) = (&self.sweep, &sweep) {
             console.save(path, sweep)?;
         }
-        if !self.outputs.json_only() && self.sweep.as_ref().is_none_or(|path| path.as_os_str() != "-") {
+        if !self.outputs.takes_stdout() && self.sweep.as_ref().is_none_or(|path| path.as_os_str() != "-") {
             console.print(&text(&page, TEXT_WIDTH));
         }
         Ok(if stable == Some(false) { Exit::Failed } else { Exit::Pass })

@@ -6,6 +6,7 @@ use crate::error::Error;
 use serde::de::DeserializeOwned;
 use sim_core::compensator::DelayCompensation;
 use sim_core::effect::Catalog;
+use sim_core::refusal::plain;
 use sim_core::space::Axis;
 
 /// Longest time of a model: a longer one is a millisecond taken for a second.
@@ -95,7 +96,10 @@ impl Model {
     pub(super) fn check(&self, name: &str, text: &str, catalog: &Catalog<Axis>) -> Result<(), Error> {
         let refuse = |key: &str, value: f64, limit: &str, help: &str| {
             let span = place::of_key(text, key);
-            Err(Error::new(format!("{key} = {value} {limit}")).file(name).span(text, span).help(help.to_string()))
+            Err(Error::new(format!("{key} = {} {limit}", plain(value)))
+                .file(name)
+                .span(text, span)
+                .help(help.to_string()))
         };
         if self.schema != 1 {
             return refuse("schema", f64::from(self.schema), "is not 1, the only version there is", "set schema = 1");
@@ -114,7 +118,7 @@ impl Model {
             }
             let upper = if key.starts_with("timing.") { TIME_MAX_S } else { f64::MAX };
             if value.abs() > upper {
-                let limit = format!("is above {upper}");
+                let limit = format!("is above {}", plain(upper));
                 return refuse(key, value, &limit, "give the value in the unit of the key");
             }
         }
