@@ -3,6 +3,7 @@
 
 mod bodies;
 mod calibration;
+mod cell;
 mod cell_facility;
 mod cli;
 mod compare;
