@@ -4,6 +4,7 @@
 mod bodies;
 mod calibration;
 mod capture;
+mod cell;
 mod cell_facility;
 mod cli;
 mod clocks;
