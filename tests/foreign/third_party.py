@@ -82,6 +82,8 @@ def netft(address, samples):
         lowest = [min(pair) for pair in zip(lowest, force)]
         highest = [max(pair) for pair in zip(highest, force)]
     sensor.stopStreaming()
+    # Readings that are on their way still find their port open: to the cell, a port that closes is a controller that is gone.
+    time.sleep(1.0)
     return {"client": "NetFT", "samples": samples, "force_n_min": lowest, "force_n_max": highest}
 
 

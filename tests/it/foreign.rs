@@ -114,8 +114,8 @@ fn a_controller_in_python_runs_the_virtual_cell() {
     for name in ["gaps", "duplicates", "out_of_order", "malformed", "stalled", "status_errors"] {
         assert_eq!(ft[name], 0, "{name}: {ft}");
     }
-    // Four readings in each cycle: the sensor runs at 1 kHz.
-    assert_eq!(ft["samples"], 4 * cycles(), "{ft}");
+    // Four readings between two frames: the sensor runs at 1 kHz, and the first frame is at time zero.
+    assert_eq!(ft["samples"], 4 * (cycles() - 1), "{ft}");
     assert_eq!(ft["first_sequence"], 1, "{ft}");
 }
 
@@ -131,7 +131,7 @@ fn a_controller_in_python_is_deterministic_and_feels_the_contact() {
     check_exchange(&ran, &said["rsi"]);
     let low = said["ft"]["force_n_min"][2].as_f64().unwrap();
     let high = said["ft"]["force_n_max"][2].as_f64().unwrap();
-    assert!(low.abs().max(high.abs()) > 0.5, "it felt nothing: [{low}, {high}] N");
+    assert!(low.abs().max(high.abs()) > 1.0, "it felt nothing: [{low}, {high}] N");
     let (again, said_again) = controlled(&arguments);
     assert_eq!(ran.first_difference(&again), None);
     assert_eq!(said["digest"], said_again["digest"]);
