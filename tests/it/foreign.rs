@@ -7,7 +7,7 @@ use harness::cell::run::{Options, Ran, run};
 use harness::cell::wires::{Addresses, Pace, Wires};
 use harness::cell::{Cell, process::Started};
 use serde_json::Value;
-use sim_core::effect::Catalog;
+use sim_core::effects::standard;
 use std::net::{SocketAddr, UdpSocket};
 use std::path::Path;
 use std::process::Command;
@@ -52,7 +52,7 @@ fn start(words: &[&str]) -> Started {
 fn ran(wires: &mut Wires, cycles: u64) -> Ran {
     let cell = Cell::find(Path::new("bench")).expect("a cell of the program");
     let options = Options { duration_s: cycles as f64 * cell.config.time.cycle_s };
-    run(&cell, &Catalog::standard(), &options, wires).expect("the wires hold")
+    run(&cell, &standard(), &options, wires).expect("the wires hold")
 }
 
 /// The summary in the last line of what a client printed.

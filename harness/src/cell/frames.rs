@@ -154,7 +154,7 @@ base = { position_m = [3.0, -1.0, 0.5], abc_deg = [180.0, 0.0, 0.0] }
 interface = { position_m = [0.1, 0.0, 0.3], abc_deg = [0.0, 90.0, 0.0] }
 rail = { axis = "E1", direction = [0.0, 1.0, 0.0] }
 "#;
-        Places::of(&crate::cell::CellConfig::parse("two", &format!("{text}\n{second}")).unwrap()).unwrap()
+        Places::of(&CellConfig::parse("two", &format!("{text}\n{second}")).unwrap()).unwrap()
     }
 
     /// By hand: BASE at -1.2 m, tool at 0.992 m, tip 0.2 m further, nozzle at the origin.
