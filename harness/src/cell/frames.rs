@@ -171,7 +171,7 @@ rail = { axis = "E1", direction = [0.0, 1.0, 0.0] }
         let places = two_robots();
         let nozzle = Reported {
             pose_mm_deg: [1200.0, 300.0, 900.0, 30.0, -20.0, 100.0],
-            external_mm: [226_966.9326, 0.0, 0.0, 0.0, 0.0, 0.0],
+            external_mm: [226_966.932_6, 0.0, 0.0, 0.0, 0.0, 0.0],
         };
         let probe = Reported { pose_mm_deg: [100.0, -50.0, 700.0, -150.0, 35.0, 12.0], ..Reported::default() };
         let relative = places.relative(&probe, Some(&nozzle));

@@ -45,7 +45,7 @@ pub struct Arguments {
 #[derive(Serialize)]
 #[serde(untagged)]
 enum Answered {
-    Along(Answer),
+    Along(Box<Answer>),
     Space(SpaceAnswer),
 }
 
@@ -67,7 +67,7 @@ impl Arguments {
         let sides = self.chart.as_ref().map(|chart| sides(chart, &subject)).transpose()?;
         let answer = match &subject {
             Subject::Space(model) => Answered::Space(assess_space(model)?),
-            along => Answered::Along(assess(along)?),
+            along => Answered::Along(Box::new(assess(along)?)),
         };
         let progress = console.progress();
         progress.say("looking at the domain");
