@@ -183,7 +183,12 @@ impl Wires {
             Line::Sensor => &mut self.sensor,
             Line::Robot(nth) => &mut self.robots[nth],
         };
-        match endpoint.send(&now, &packet.bytes, &mut self.arrivals) {
+        let sent = endpoint.send(&now, &packet.bytes, &mut self.arrivals);
+        if packet.line == Line::Sensor {
+            // A sensor does not know that its reader has left, and its readings must not be taken for a robot's answers.
+            self.arrivals.clear();
+        }
+        match sent {
             // A sensor that nobody has asked sends to nobody.
             Ok(()) | Err(NetError::NoPeer { .. }) => Ok(()),
             Err(error) => Err(failed(&error)),
