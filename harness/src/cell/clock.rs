@@ -1,18 +1,18 @@
 //! The clock on the wall: only for those who wait for somebody else. What a run computes never asks it.
+#![expect(clippy::disallowed_types, reason = "sockets wait in real time; nothing that is computed depends on it")]
 
 use sim_core::time::Nanos;
+use std::time::Instant;
 
 /// Time since it was made.
 #[derive(Debug, Clone, Copy)]
-#[expect(clippy::disallowed_types, reason = "sockets wait in real time; nothing that is computed depends on it")]
-pub struct WallClock(std::time::Instant);
+pub struct WallClock(Instant);
 
 impl WallClock {
     /// Starts at zero.
-    #[expect(clippy::disallowed_types, reason = "see the type")]
     #[expect(clippy::new_without_default, reason = "a clock that starts is not a default")]
     pub fn new() -> Self {
-        WallClock(std::time::Instant::now())
+        WallClock(Instant::now())
     }
 
     /// Now.
