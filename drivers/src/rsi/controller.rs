@@ -323,3 +323,8 @@ fn sum(a: &[f64; 6], b: &[f64; 6]) -> [f64; 6] {
 #[path = "controller_tests.rs"]
 #[expect(clippy::float_cmp, reason = "the values are sums that a double holds exactly")]
 mod tests;
+
+#[cfg(test)]
+#[path = "controller_exchange.rs"]
+#[expect(clippy::float_cmp, reason = "the values are sums that are rounded once")]
+mod exchange;

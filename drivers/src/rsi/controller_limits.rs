@@ -48,8 +48,8 @@ impl Limits {
     /// The correction that POSCORR lets through, for a robot that started at `start` (mm and degrees).
     pub(super) fn pose(&self, start: &[f64; 6], correction: &[f64; 6]) -> [f64; 6] {
         let mut limited = *correction;
-        for axis in 0..3 {
-            limited[axis] = limited[axis].min(self.upper_mm[axis]).max(self.lower_mm[axis]);
+        for (value, (lower, upper)) in limited.iter_mut().zip(self.lower_mm.iter().zip(&self.upper_mm)) {
+            *value = value.min(*upper).max(*lower);
         }
         let limit_rad = radians_from_degrees(self.rotation_deg);
         if rotation_rad(start, correction) > limit_rad {

@@ -15,7 +15,8 @@
 //! | `Delay` | late replies, by the rule of the settings |
 //! | a port of SEND | what the settings say, or `Stat` |
 //!
-//! Source: reference/PROTOCOLS.md, section 1.2.
+//! Source: reference/PROTOCOLS.md, section 1.2. Not here: the length before a document (`PROTCOLLENGTH`), which belongs to the
+//! stream ([`super::Frames::wrap`]).
 
 use super::controller_settings::{Family, Settings};
 use super::{EXTERNAL, Element, Form, Index, Kind, POSE, fixed, layout};
@@ -107,7 +108,8 @@ fn document(settings: &Settings, elements: &[Element]) -> Vec<u8> {
     }
     text += close;
     text += "</Rob>";
-    if settings.family == Family::Krc2 {
+    // Behind a length the document ends with its closing tag: how a real one counts a line feed there is not known.
+    if settings.family == Family::Krc2 && !settings.config.length_prefix {
         text.push('\n');
     }
     let mut bytes = text.into_bytes();

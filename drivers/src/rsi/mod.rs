@@ -10,7 +10,6 @@
 //! | `frames` | a stream or a datagram cut into documents |
 //! | `config`, `config_xml`, `layout`, `dangers` | the Ethernet configuration file of the controller |
 //! | `controller*` | the controller's side of one robot |
-//! | `host`, `event`, `ipoc`, `quantum`, `reply` | the PC's side for one robot |
 //! | `host`, `event`, `ipoc`, `pace`, `names`, `quantum`, `reply` | the PC's side for one robot |
 //!
 //! Source: reference/PROTOCOLS.md, section 1.
@@ -28,10 +27,12 @@ mod dangers;
 mod event;
 mod frames;
 mod host;
+#[cfg(test)]
 mod host_tests;
 mod ipoc;
 mod layout;
 mod malformed;
+#[cfg(test)]
 mod mutated;
 mod names;
 mod number;

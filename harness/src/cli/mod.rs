@@ -11,11 +11,14 @@ mod demo;
 mod diagnose;
 mod effect;
 mod identify;
+mod import;
 mod inputs;
 mod ladder;
 mod model;
 mod outcome;
 mod progress;
+mod record;
+mod recorded;
 mod replay;
 mod run;
 mod stability;
@@ -75,6 +78,10 @@ enum Command {
     Cell(cell::Arguments),
     /// Test a controller against the virtual cell.
     Test(test::Arguments),
+    /// Record a real cell: robots, sensor, clocks and everything unusual.
+    Record(record::Arguments),
+    /// Make a session of what another program recorded.
+    Import(import::Arguments),
     /// Write recordings and a model to a folder, and go all the way from error to effect.
     Demo(demo::Arguments),
 }
@@ -162,6 +169,8 @@ impl Command {
             Command::Identify(arguments) => arguments.run(catalog, console),
             Command::Cell(arguments) => arguments.run(catalog, console),
             Command::Test(arguments) => arguments.run(catalog, console),
+            Command::Record(arguments) => arguments.run(catalog, console),
+            Command::Import(arguments) => arguments.run(catalog, console),
             Command::Demo(arguments) => arguments.run(catalog, console),
         }
     }

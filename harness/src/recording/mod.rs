@@ -21,6 +21,7 @@ mod collect;
 mod csv;
 mod dispatch;
 mod ingest;
+mod live;
 mod map;
 mod map_check;
 mod mcap_write;
@@ -37,6 +38,7 @@ mod survey;
 
 pub use dispatch::{RawMessage, Sink, Tally};
 pub use ingest::{ReadOptions, from_bytes, read};
+pub use live::{CHUNK_AGE_NS, JsonTopic, LiveWriter, Times};
 pub use map::{
     AxisMap, AxisName, Body, Clock, Clocks, CsvMap, ForceSign, ForceUnit, Map, Role, SensorMap, Topics, TorqueUnit,
 };

@@ -1,0 +1,62 @@
+//! Records a real cell: robots, sensor, clocks and everything unusual, into a session that `compare` and `diagnose` read.
+//!
+//! # What may move, and how to be sure that nothing does
+//!
+//! | way of taking part | what goes to the robot | what may move |
+//! |---|---|---|
+//! | `tap` | nothing: packets are copied from a capture | nothing through this program |
+//! | `proxy` | what the PC's program sends, byte by byte; no document is made or changed | what the PC's program moves |
+//! | `peer` | one reply to each frame, with zero in every correction | nothing, if corrections are absolute and started at zero, or relative |
+//!
+//! To be sure before a robot is involved:
+//! 1. Record with `tap` first. It binds no port. A mirror port of the switch, or a capture on the PC, is enough.
+//! 2. For `peer`, use an Ethernet configuration whose RECEIVE is connected to no correction in the object graph, or whose ONLYSEND
+//!    is TRUE. Then no reply can move anything, whatever it holds.
+//! 3. With corrections connected, `peer` refuses a configuration in which a lost packet moves the robot: absolute with HOLDON 0, relative
+//!    with HOLDON 1. An absolute zero means "where RSI was started": if another program has corrected before, in the same
+//!    RSI session, zero is a jump. Start RSI anew.
+//! 4. Keep POSCORR and POSCORRMON at the few millimetres that they have by default, run in T1, a hand at the enabling switch.
+//! 5. The end of a recording ends the replies. The controller counts late packets and stops RSI (`RSITimeout`). That is a stop,
+//!    not a motion.
+//!
+//! A sensor is only asked to stream and to stop. Its bias is never set.
+//!
+//! # What is written
+//!
+//! | topic | encoding | content |
+//! |---|---|---|
+//! | `/robot/pose_command`, `/robot/pose_measured` | PoseStamped | probe tip in the nozzle frame, at the times of the robot with the probe |
+//! | `/ft/wrench` | WrenchStamped | reading of the sensor in its own axes |
+//! | `/rsi/NAME` | JSON | frames and replies as they came: IPOC, Delay D, pose in mm and deg, external axes |
+//! | `/ft/raw` | JSON | counters and status as they came |
+//! | `/cell/event` | JSON | everything unusual: source, class, text |
+//!
+//! `log_time` is the host's receipt; `header.stamp` and `publish_time` are reconstructed from the device's counter and the lower
+//! envelope of its offsets ([`crate::clocks`]). Metadata: `session` (what the operator believes, at the beginning), `clocks` and
+//! `counts` (at the end). A dead time of the cell stays in the data.
+//!
+//! Not covered: times that the network card stamps; sensors on a serial port without a box that makes a stream of it; a rail that
+//! is commanded through RSI.
+
+mod clock;
+mod devices;
+mod latency;
+mod network;
+mod pairing;
+mod peer;
+mod proxy;
+mod robot;
+mod session;
+mod start;
+mod tap;
+mod topics;
+
+pub use clock::Lines;
+pub use devices::{Devices, Way};
+pub use latency::{Latency, Spread};
+pub use peer::Peer;
+pub use proxy::Proxy;
+pub use session::{AllLines, Recorder, Summary};
+pub use start::{sensor_transport, session_record};
+pub use tap::{Tapped, clocks, tap};
+pub use topics::{COMMANDED, EVENT, MEASURED, SENSED, SENSOR_RAW, robot_raw};

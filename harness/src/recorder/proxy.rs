@@ -1,0 +1,257 @@
+//! Taking part between robot and controller: every packet is sent on as it came, first of all; then it is decoded.
+//!
+//! ```text
+//! robot → [robot side │ proxy] → PC at `listen` of the cell         sensor → [proxy │ sensor side] → PC
+//! ```
+//! The robot is told the proxy's address, the PC stays where it is. The PC is told the sensor side as its sensor; without it the
+//! sensor is not recorded. Latency is counted from reading a packet to having sent it on; what the kernel needs to wake the
+//! program comes on top and is not seen here. Not covered: sensors over TCP.
+
+use super::devices::{Devices, Way};
+use super::latency::Latency;
+use super::network::{Link, any_port, failed, note, take};
+use super::session::Recorder;
+use crate::cell::{Cell, RobotConfig};
+use crate::error::Error;
+use drivers::net::{Arrival, Clock, Connection, Endpoint, Lock, wait};
+use drivers::rsi::Transport;
+use sim_core::time::Nanos;
+use std::io::Write;
+use std::net::SocketAddr;
+use std::os::fd::AsFd;
+use std::time::Duration;
+
+const WAIT: Duration = Duration::from_millis(5);
+/// How long the PC may take to accept a connection.
+const CONNECT: Duration = Duration::from_secs(1);
+
+/// The way from the proxy to the PC.
+#[derive(Debug)]
+enum Far {
+    Udp(Box<Endpoint>),
+    Tcp(SocketAddr, Option<Connection>),
+}
+
+impl Far {
+    fn socket(&self) -> Option<&dyn AsFd> {
+        match self {
+            Far::Udp(endpoint) => Some(endpoint.as_ref()),
+            Far::Tcp(_, connection) => connection.as_ref().map(|connection| connection as &dyn AsFd),
+        }
+    }
+
+    fn receive(&mut self, clock: Clock<'_>, arrivals: &mut Vec<Arrival>) -> Result<(), Error> {
+        match self {
+            Far::Udp(endpoint) => endpoint.receive(clock, &mut |_| true, arrivals),
+            Far::Tcp(_, connection) => {
+                connection.as_mut().map_or(Ok(()), |connection| connection.receive(clock, arrivals))
+            }
+        }
+        .map_err(failed)
+    }
+
+    fn send(&mut self, clock: Clock<'_>, bytes: &[u8], arrivals: &mut Vec<Arrival>) -> Result<(), Error> {
+        match self {
+            Far::Udp(endpoint) => endpoint.send(clock, bytes, arrivals),
+            Far::Tcp(_, Some(connection)) => connection.send(clock, bytes, arrivals),
+            Far::Tcp(_, None) => Ok(()),
+        }
+        .map_err(failed)
+    }
+
+    /// The robot has connected anew: so must the proxy.
+    fn renew(&mut self) -> Result<(), Error> {
+        if let Far::Tcp(address, connection) = self {
+            let help = "start the PC's program before the robot connects";
+            let opened = Connection::connect(*address, CONNECT);
+            *connection = Some(opened.map_err(|error| Error::new(error.to_string()).help(help))?);
+        }
+        Ok(())
+    }
+}
+
+/// One robot's two ways.
+#[derive(Debug)]
+struct Between {
+    name: String,
+    near: Link,
+    far: Far,
+}
+
+/// The sensor's two ways: towards the PC, towards the sensor.
+#[derive(Debug)]
+struct SensorBetween {
+    near: Endpoint,
+    far: Endpoint,
+}
+
+/// A proxy and what it adds.
+#[derive(Debug)]
+pub struct Proxy {
+    robots: Vec<Between>,
+    sensor: Option<SensorBetween>,
+    /// From robots to the PC.
+    pub to_pc: Latency,
+    /// From the PC to robots.
+    pub to_robot: Latency,
+    /// From the sensor to the PC.
+    pub from_sensor: Latency,
+}
+
+impl Proxy {
+    /// Binds all ports: for each robot in its order where it is to send from now on; and where the PC finds the sensor.
+    ///
+    /// # Errors
+    /// When a port is in use, or their number is not that of the robots.
+    pub fn open(
+        cell: &Cell,
+        devices: &Devices,
+        robot_sides: &[SocketAddr],
+        sensor_side: Option<SocketAddr>,
+    ) -> Result<Self, Error> {
+        if robot_sides.len() != cell.config.robots.len() {
+            let what = format!("{} addresses for {} robots", robot_sides.len(), cell.config.robots.len());
+            let help = "give --robot-side once for each [[robot]] of the cell, in their order";
+            return Err(Error::new(what).place("--robot-side").help(help));
+        }
+        let pairs = cell.config.robots.iter().zip(robot_sides).enumerate();
+        let robots = pairs.map(|(nth, (robot, side))| between(robot, *side, devices.config(nth).protocol));
+        let robots = robots.collect::<Result<_, _>>()?;
+        let sensor = sensor_side.map(|side| {
+            let near = Endpoint::bind(side, Lock::Latest).map_err(failed)?;
+            let address = cell.config.sensor.address;
+            let far = Endpoint::bind(any_port(address), Lock::Only(address)).map_err(failed)?;
+            Ok::<_, Error>(SensorBetween { near, far })
+        });
+        let none = Latency::default;
+        let sensor = sensor.transpose()?;
+        Ok(Proxy { robots, sensor, to_pc: none(), to_robot: none(), from_sensor: none() })
+    }
+
+    /// Where the robots are expected.
+    pub fn addresses(&self) -> Vec<SocketAddr> {
+        self.robots.iter().map(|robot| robot.near.local()).collect()
+    }
+
+    /// Where the PC finds the sensor.
+    pub fn sensor_address(&self) -> Option<SocketAddr> {
+        self.sensor.as_ref().map(|sensor| sensor.near.local())
+    }
+
+    /// Passes on and records until this time.
+    ///
+    /// # Errors
+    /// When a socket fails, or the session does not take what came.
+    pub fn run<W: Write>(
+        &mut self,
+        devices: &mut Devices,
+        recorder: &mut Recorder<W>,
+        clock: Clock<'_>,
+        until: Nanos,
+    ) -> Result<(), Error> {
+        while clock() < until {
+            let mut sockets: Vec<&dyn AsFd> = Vec::new();
+            for robot in &self.robots {
+                sockets.push(robot.near.socket());
+                sockets.extend(robot.far.socket());
+            }
+            if let Some(sensor) = &self.sensor {
+                sockets.extend([&sensor.near as &dyn AsFd, &sensor.far]);
+            }
+            wait(&sockets, WAIT).map_err(|error| Error::new(format!("waiting for the network failed: {error}")))?;
+            for robot in 0..self.robots.len() {
+                self.forth(robot, devices, clock)?;
+                self.back(robot, devices, clock)?;
+            }
+            self.sensor(devices, clock)?;
+            let now = clock();
+            // A proxy asks the sensor nothing.
+            devices.tick(now);
+            devices.write(recorder)?;
+            recorder.tick(now)?;
+        }
+        Ok(())
+    }
+
+    /// From the robot to the PC.
+    fn forth(&mut self, nth: usize, devices: &mut Devices, clock: Clock<'_>) -> Result<(), Error> {
+        let robot = &mut self.robots[nth];
+        let (mut arrivals, mut said) = (Vec::new(), Vec::new());
+        let mut is_new = robot.near.receive(clock, &mut arrivals)?;
+        if is_new {
+            robot.far.renew()?;
+        }
+        for arrival in &arrivals {
+            if let Arrival::Bytes { at, bytes, .. } = arrival {
+                robot.far.send(clock, bytes, &mut said)?;
+                self.to_pc.add(*at, clock());
+            }
+        }
+        for arrival in &arrivals {
+            take(nth, arrival, robot.near.is_stream(), is_new, devices);
+            is_new = false;
+        }
+        arrivals.iter().chain(&said).for_each(|arrival| note(&robot.name, arrival, devices));
+        Ok(())
+    }
+
+    /// From the PC to the robot.
+    fn back(&mut self, nth: usize, devices: &mut Devices, clock: Clock<'_>) -> Result<(), Error> {
+        let robot = &mut self.robots[nth];
+        let (mut arrivals, mut said) = (Vec::new(), Vec::new());
+        robot.far.receive(clock, &mut arrivals)?;
+        for arrival in &arrivals {
+            if let Arrival::Bytes { at, bytes, .. } = arrival {
+                robot.near.send(clock, bytes, &mut said)?;
+                self.to_robot.add(*at, clock());
+            }
+        }
+        for arrival in &arrivals {
+            match arrival {
+                Arrival::Bytes { at, bytes, .. } if robot.near.is_stream() => {
+                    devices.stream(nth, Way::ToRobot, *at, bytes, false);
+                }
+                Arrival::Bytes { at, bytes, .. } => {
+                    devices.datagram(nth, Way::ToRobot, *at, bytes);
+                }
+                _ => {}
+            }
+        }
+        arrivals.iter().chain(&said).for_each(|arrival| note(&robot.name, arrival, devices));
+        Ok(())
+    }
+
+    fn sensor(&mut self, devices: &mut Devices, clock: Clock<'_>) -> Result<(), Error> {
+        let Some(SensorBetween { near, far }) = &mut self.sensor else { return Ok(()) };
+        let (mut asked, mut answered, mut said) = (Vec::new(), Vec::new(), Vec::new());
+        near.receive(clock, &mut |_| true, &mut asked).map_err(failed)?;
+        for arrival in &asked {
+            if let Arrival::Bytes { bytes, .. } = arrival {
+                far.send(clock, bytes, &mut said).map_err(failed)?;
+            }
+        }
+        far.receive(clock, &mut |_| true, &mut answered).map_err(failed)?;
+        for arrival in &answered {
+            let Arrival::Bytes { at, bytes, .. } = arrival else { continue };
+            if near.peer().is_some() {
+                near.send(clock, bytes, &mut said).map_err(failed)?;
+                self.from_sensor.add(*at, clock());
+            }
+            devices.sensed(*at, bytes);
+        }
+        asked.iter().chain(&answered).chain(&said).for_each(|arrival| note("ft", arrival, devices));
+        Ok(())
+    }
+}
+
+fn between(robot: &RobotConfig, side: SocketAddr, transport: Transport) -> Result<Between, Error> {
+    let far = match transport {
+        Transport::Udp => {
+            let endpoint = Endpoint::bind(any_port(robot.listen), Lock::Only(robot.listen)).map_err(failed)?;
+            Far::Udp(Box::new(endpoint))
+        }
+        Transport::Tcp => Far::Tcp(robot.listen, None),
+    };
+    let near = Link::bind(side, transport).map_err(|error| error.place(format!("robot {}", robot.name)))?;
+    Ok(Between { name: robot.name.clone(), near, far })
+}

@@ -1,0 +1,161 @@
+//! One robot on the wire: what it reports, what it is told, and when.
+//!
+//! | quantity | from |
+//! |---|---|
+//! | measured pose | `RIst` |
+//! | start pose | `RSol` of the first frame, which holds the programmed pose; without it `RIst` less the correction of that moment |
+//! | commanded pose, absolute | start + correction, component by component |
+//! | commanded pose, relative | start + sum of all corrections so far |
+//! | time of a command | that of the frame whose IPOC it echoes: the loop's tick |
+//!
+//! Source: reference/PROTOCOLS.md, sections 1.2 and 1.5. Not covered: corrections of axes (`AKorr`), which need the arm's geometry;
+//! commands to the rail, which is taken to be where `EIPos` says.
+
+use super::clock::{DeviceClock, Lines};
+use crate::cell::frames::Reported;
+use crate::cell::{ModeName, RobotConfig};
+use drivers::rsi::{Frame, POSE, Telegram};
+use std::collections::{BTreeMap, VecDeque};
+
+/// Frames that a reply may still answer; the controller takes the newest only. Chosen: a quarter of a second.
+const FRAMES_MAX: usize = 64;
+
+/// A frame that has been seen.
+#[derive(Debug, Clone, Copy)]
+struct Asked {
+    ipoc: u64,
+    stamp_ns: i64,
+    measured: Option<Reported>,
+    is_answered: bool,
+}
+
+/// What a reply was.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Answer {
+    /// A commanded pose, at the time of the frame that it answers.
+    Commanded { stamp_ns: i64, reported: Reported },
+    /// No correction in it, or no pose to add it to.
+    Nothing,
+    /// Nothing usable; the class says why.
+    Bad(&'static str),
+}
+
+#[derive(Debug)]
+pub(super) struct Robot {
+    pub name: String,
+    pub topic: String,
+    correction: String,
+    mode: ModeName,
+    pub clock: DeviceClock,
+    session: u32,
+    start: Option<[f64; 6]>,
+    /// Whether `start` is exact.
+    is_programmed: bool,
+    sum: [f64; 6],
+    asked: VecDeque<Asked>,
+    /// How often each thing was sent and received: for the summary.
+    pub frames: u64,
+    pub replies: u64,
+    pub delay: Option<i64>,
+}
+
+impl Robot {
+    pub fn new(config: &RobotConfig, lines: Option<Lines>) -> Self {
+        Robot {
+            name: config.name.clone(),
+            topic: format!("/rsi/{}", config.name),
+            correction: config.correction.clone(),
+            mode: config.mode,
+            clock: DeviceClock::with(lines),
+            session: 0,
+            start: None,
+            is_programmed: false,
+            sum: [0.0; 6],
+            asked: VecDeque::new(),
+            frames: 0,
+            replies: 0,
+            delay: None,
+        }
+    }
+
+    /// Takes a fresh frame: its time, and what it reports if it reports a pose.
+    pub fn frame(&mut self, frame: &Frame) -> (i64, Option<Reported>) {
+        if frame.session != self.session {
+            if self.session != 0 {
+                self.clock.restart();
+            }
+            self.session = frame.session;
+            self.start = None;
+            self.sum = [0.0; 6];
+            self.asked.clear();
+        }
+        self.frames += 1;
+        self.delay = frame.delay.or(self.delay);
+        let device_ns = i64::try_from(frame.unwrapped).ok().and_then(|ms| ms.checked_mul(1_000_000));
+        let stamp_ns = self.clock.stamp(device_ns, frame.received.0);
+        let measured = frame
+            .pose_mm_deg
+            .map(|pose_mm_deg| Reported { pose_mm_deg, external_mm: frame.external.unwrap_or_default() });
+        if self.start.is_none() {
+            let programmed = frame.telegram.six("RSol", POSE).and_then(Result::ok);
+            self.is_programmed = programmed.is_some();
+            self.start = programmed.or(frame.pose_mm_deg);
+        }
+        if self.asked.len() == FRAMES_MAX {
+            self.asked.pop_front();
+        }
+        self.asked.push_back(Asked { ipoc: frame.ipoc, stamp_ns, measured, is_answered: false });
+        (stamp_ns, measured)
+    }
+
+    /// Takes a reply that went, or came by, on its way to the robot. The third value: the start pose is a guess from here on.
+    pub fn reply(&mut self, telegram: &Telegram) -> (Answer, bool) {
+        self.replies += 1;
+        let Some(ipoc) = telegram.ipoc() else { return (Answer::Bad("reply-without-ipoc"), false) };
+        let Some(asked) = self.asked.iter_mut().rev().find(|asked| asked.ipoc == ipoc.value) else {
+            return (Answer::Bad("reply-unmatched"), false);
+        };
+        if asked.is_answered {
+            return (Answer::Bad("reply-again"), false);
+        }
+        asked.is_answered = true;
+        let asked = *asked;
+        let correction = match telegram.six(&self.correction, POSE) {
+            None => return (Answer::Nothing, false),
+            Some(Err(_)) => return (Answer::Bad("reply-number"), false),
+            Some(Ok(correction)) => correction,
+        };
+        let mut guessed = false;
+        if self.replies == 1 && !self.is_programmed && correction.iter().any(|part| part.abs() > 0.0) {
+            // The session had begun before: the robot is where the correction has brought it, but for its lag.
+            if let (Some(start), ModeName::Absolute) = (&mut self.start, self.mode) {
+                start.iter_mut().zip(correction).for_each(|(start, part)| *start -= part);
+            }
+            guessed = true;
+        }
+        let (Some(start), Some(measured)) = (self.start, asked.measured) else { return (Answer::Nothing, guessed) };
+        let offset = match self.mode {
+            ModeName::Absolute => correction,
+            ModeName::Relative => {
+                self.sum.iter_mut().zip(correction).for_each(|(sum, part)| *sum += part);
+                self.sum
+            }
+        };
+        let pose_mm_deg = std::array::from_fn(|axis| start[axis] + offset[axis]);
+        (Answer::Commanded { stamp_ns: asked.stamp_ns, reported: Reported { pose_mm_deg, ..measured } }, guessed)
+    }
+
+    /// Element that carries its correction.
+    pub fn correction(&self) -> &str {
+        &self.correction
+    }
+
+    /// What the summary says of it.
+    pub fn counts(&self) -> BTreeMap<String, String> {
+        let delay = self.delay.map_or_else(|| "not sent".to_owned(), |delay| delay.to_string());
+        [("frames", self.frames.to_string()), ("replies", self.replies.to_string()), ("delay_d", delay)]
+            .into_iter()
+            .map(|(key, value)| (format!("{}_{key}", self.name), value))
+            .collect()
+    }
+}

@@ -1,0 +1,307 @@
+//! What was decoded, written down as a session: relative poses, wrenches, raw counters, events.
+
+use super::clock::{DeviceClock, Lines};
+use super::pairing::{Paired, Pairing};
+use super::robot::{Answer, Robot};
+use super::topics;
+use crate::cell::frames::{Places, Reported, recorded};
+use crate::cell::{Carries, CellConfig};
+use crate::error::Error;
+use crate::recording::{LiveWriter, Times, Wrench};
+use drivers::ft::Sample;
+use drivers::rsi::{Frame, POSE, Telegram};
+use serde_json::json;
+use sim_core::time::Nanos;
+use std::collections::BTreeMap;
+use std::io::Write;
+
+/// Which of the two relative poses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Which {
+    Commanded,
+    Measured,
+}
+
+/// Clock lines of every device: the robots in their order, then the sensor.
+pub type AllLines = Vec<Lines>;
+
+/// Writes a session.
+pub struct Recorder<W: Write> {
+    live: LiveWriter<W>,
+    robots: Vec<Robot>,
+    nozzle: Option<usize>,
+    commanded: Pairing,
+    measured: Pairing,
+    sensor: DeviceClock,
+    /// How often each class of event came, by source.
+    events: BTreeMap<(String, String), u64>,
+    first_ns: Option<i64>,
+    last_ns: i64,
+    samples: u64,
+    poses: [u64; 2],
+}
+
+/// What a session came to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Summary {
+    /// From the first to the last message.
+    pub duration_s: f64,
+    /// Frames, replies and the late count of each robot, by name.
+    pub robots: Vec<(String, u64, u64, Option<i64>)>,
+    /// Commanded and measured relative poses.
+    pub poses: [u64; 2],
+    /// Readings of the sensor.
+    pub samples: u64,
+    /// How often each class of event came, by source.
+    pub events: BTreeMap<(String, String), u64>,
+    /// Lines of all clocks.
+    pub lines: AllLines,
+}
+
+impl<W: Write> Recorder<W> {
+    /// Begins a session. `lines` are the clocks, where they are known already.
+    ///
+    /// # Errors
+    /// When the output does not take it.
+    pub fn create(
+        out: W,
+        cell: &CellConfig,
+        session: &BTreeMap<String, String>,
+        lines: Option<AllLines>,
+    ) -> Result<Self, Error> {
+        let places = Places::of(cell).ok_or_else(|| {
+            Error::new("no robot carries the probe").help("say carries = \"probe\" at one [[robot]] of the cell")
+        })?;
+        let nozzle = cell.robots.iter().position(|robot| robot.carries == Carries::Nozzle);
+        let line = |nth: usize| lines.as_ref().map(|lines| lines.get(nth).cloned().unwrap_or_default());
+        let robots: Vec<Robot> =
+            cell.robots.iter().enumerate().map(|(nth, robot)| Robot::new(robot, line(nth))).collect();
+        Ok(Recorder {
+            live: LiveWriter::create(out, session)?,
+            sensor: DeviceClock::with(line(robots.len())),
+            robots,
+            nozzle,
+            commanded: Pairing::new(places, nozzle.is_some()),
+            measured: Pairing::new(places, nozzle.is_some()),
+            events: BTreeMap::new(),
+            first_ns: None,
+            last_ns: 0,
+            samples: 0,
+            poses: [0; 2],
+        })
+    }
+
+    /// A fresh frame of a robot.
+    ///
+    /// # Errors
+    /// When the output does not take it.
+    pub fn frame(&mut self, robot: usize, frame: &Frame) -> Result<(), Error> {
+        let Some(track) = self.robots.get_mut(robot) else { return Ok(()) };
+        let (stamp_ns, reported) = track.frame(frame);
+        let (topic, name) = (track.topic.clone(), track.name.clone());
+        let is_counter = track.clock.counts_no_time();
+        let times = Times { received_ns: frame.received.0, stamp_ns };
+        self.span(frame.received);
+        let raw = json!({
+            "direction": "from-robot", "received_ns": frame.received.0, "ipoc": frame.ipoc, "delay_d": frame.delay,
+            "pose_mm_deg": frame.pose_mm_deg, "external": frame.external,
+        });
+        self.live.json(&topics::robot_raw(&topic), times, &raw)?;
+        if is_counter {
+            self.tell_once(
+                "clock-counts-no-time",
+                frame.received,
+                &name,
+                "the IPOC does not count milliseconds: times are those of receipt",
+            )?;
+        }
+        match reported {
+            Some(reported) => self.place(Which::Measured, robot, times, reported),
+            None => self.tell_once(
+                "pose-absent",
+                frame.received,
+                &name,
+                "the frames carry no RIst: there is no measured pose",
+            ),
+        }
+    }
+
+    /// A reply on its way to a robot.
+    ///
+    /// # Errors
+    /// As [`Self::frame`].
+    pub fn reply(&mut self, robot: usize, at: Nanos, telegram: &Telegram) -> Result<(), Error> {
+        let Some(track) = self.robots.get_mut(robot) else { return Ok(()) };
+        let (answer, is_guessed) = track.reply(telegram);
+        let (topic, name, correction) = (track.topic.clone(), track.name.clone(), track.correction().to_owned());
+        self.span(at);
+        let ipoc = telegram.ipoc().map(|ipoc| ipoc.value);
+        let sent = telegram.six(&correction, POSE).and_then(Result::ok);
+        let stamp_ns = if let Answer::Commanded { stamp_ns, .. } = answer { stamp_ns } else { at.0 };
+        let times = Times { received_ns: at.0, stamp_ns };
+        let raw = json!({ "direction": "to-robot", "received_ns": at.0, "ipoc": ipoc, "pose_mm_deg": sent });
+        self.live.json(&topics::robot_raw(&topic), times, &raw)?;
+        if is_guessed {
+            let text = "the recording began after the corrections: the start pose is RIst less the first correction, \
+                        which the robot follows with a lag";
+            self.event(at, &name, "start-guessed", text)?;
+        }
+        match answer {
+            Answer::Commanded { reported, .. } => self.place(Which::Commanded, robot, times, reported),
+            Answer::Bad(class) => {
+                let text = format!("the reply with IPOC {ipoc:?} commands nothing");
+                self.event(at, &name, class, &text)
+            }
+            Answer::Nothing => {
+                let text = format!("the replies carry no {correction} with X to C: there is no commanded pose");
+                self.tell_once("correction-absent", at, &name, &text)
+            }
+        }
+    }
+
+    /// A reading of the sensor.
+    ///
+    /// # Errors
+    /// As [`Self::frame`].
+    pub fn sample(&mut self, sample: &Sample) -> Result<(), Error> {
+        let device_ns = sample.device_s.map(|device_s| Nanos::from_seconds(device_s).0);
+        let stamp_ns = self.sensor.stamp(device_ns, sample.received.0);
+        let times = Times { received_ns: sample.received.0, stamp_ns };
+        self.span(sample.received);
+        self.samples += 1;
+        let raw = json!({
+            "received_ns": sample.received.0, "sequence": sample.sequence, "device_s": sample.device_s,
+            "status": sample.status,
+        });
+        self.live.json(&topics::SENSOR_RAW, times, &raw)?;
+        let wrench = Wrench { force_n: sample.force_n, torque_n_m: sample.torque_n_m };
+        self.live.wrench(topics::SENSED, times, &wrench)
+    }
+
+    /// The sensor's clock began anew.
+    pub fn sensor_restarted(&mut self) {
+        self.sensor.restart();
+    }
+
+    /// Something unusual.
+    ///
+    /// # Errors
+    /// As [`Self::frame`].
+    pub fn event(&mut self, at: Nanos, source: &str, class: &str, text: &str) -> Result<(), Error> {
+        *self.events.entry((source.to_owned(), class.to_owned())).or_insert(0) += 1;
+        let times = Times { received_ns: at.0, stamp_ns: at.0 };
+        self.live.json(&topics::EVENT, times, &json!({ "source": source, "class": class, "text": text }))
+    }
+
+    /// Time passes.
+    ///
+    /// # Errors
+    /// As [`Self::frame`].
+    pub fn tick(&mut self, now: Nanos) -> Result<(), Error> {
+        self.pairs(Which::Commanded, now)?;
+        self.pairs(Which::Measured, now)?;
+        self.live.tick(now.0)
+    }
+
+    /// A metadata record.
+    ///
+    /// # Errors
+    /// As [`Self::frame`].
+    pub fn metadata(&mut self, name: &str, record: &BTreeMap<String, String>) -> Result<(), Error> {
+        self.live.metadata(name, record)
+    }
+
+    /// Ends the session: clocks and counts are written beside it.
+    ///
+    /// # Errors
+    /// As [`Self::frame`].
+    pub fn finish(mut self) -> Result<(W, Summary), Error> {
+        // What still waits for the other robot is late now.
+        self.tick(Nanos(self.last_ns.saturating_add(i64::from(u32::MAX))))?;
+        let summary = self.summary();
+        self.live.metadata("clocks", &clocks(&self.robots, &summary.lines))?;
+        let mut counts: BTreeMap<String, String> = self.robots.iter().flat_map(Robot::counts).collect();
+        counts.insert("ft_samples".to_owned(), self.samples.to_string());
+        counts.extend(
+            self.events.iter().map(|((source, class), count)| (format!("{source}/{class}"), count.to_string())),
+        );
+        self.live.metadata("counts", &counts)?;
+        Ok((self.live.finish()?, summary))
+    }
+
+    /// Time of the newest message, in ns since 1970.
+    pub fn last_ns(&self) -> i64 {
+        self.last_ns
+    }
+
+    /// What it came to so far.
+    pub fn summary(&self) -> Summary {
+        let mut lines: AllLines = self.robots.iter().map(|robot| robot.clock.lines()).collect();
+        lines.push(self.sensor.lines());
+        let robots = self.robots.iter();
+        Summary {
+            duration_s: Nanos(self.last_ns.saturating_sub(self.first_ns.unwrap_or(self.last_ns))).seconds(),
+            robots: robots.map(|robot| (robot.name.clone(), robot.frames, robot.replies, robot.delay)).collect(),
+            poses: self.poses,
+            samples: self.samples,
+            events: self.events.clone(),
+            lines,
+        }
+    }
+
+    fn span(&mut self, at: Nanos) {
+        self.first_ns.get_or_insert(at.0);
+        self.last_ns = self.last_ns.max(at.0);
+    }
+
+    fn place(&mut self, which: Which, robot: usize, times: Times, reported: Reported) -> Result<(), Error> {
+        let is_nozzle = self.nozzle == Some(robot);
+        let pairing = if which == Which::Commanded { &mut self.commanded } else { &mut self.measured };
+        match is_nozzle {
+            true => pairing.nozzle(times.received_ns, times.stamp_ns, reported),
+            false => pairing.probe(times.received_ns, times.stamp_ns, reported),
+        }
+        self.pairs(which, Nanos(times.received_ns))
+    }
+
+    /// Writes the relative poses that are ready.
+    fn pairs(&mut self, which: Which, now: Nanos) -> Result<(), Error> {
+        loop {
+            let (pairing, topic) = match which {
+                Which::Commanded => (&mut self.commanded, topics::COMMANDED),
+                Which::Measured => (&mut self.measured, topics::MEASURED),
+            };
+            let Some(Paired { received_ns, stamp_ns, pose, is_held }) = pairing.next(now.0) else { return Ok(()) };
+            self.live.pose(topic, Times { received_ns, stamp_ns }, &recorded(&pose))?;
+            self.poses[usize::from(which == Which::Measured)] += 1;
+            if is_held {
+                let text = "the robot with the nozzle was silent for more than 40 ms: its last pose is held";
+                self.tell_once("pose-held", Nanos(received_ns), "recorder", text)?;
+            }
+        }
+    }
+
+    /// Says it in the session once for each source, and counts it always.
+    fn tell_once(&mut self, class: &'static str, at: Nanos, source: &str, text: &str) -> Result<(), Error> {
+        match self.events.get_mut(&(source.to_owned(), class.to_owned())) {
+            None => self.event(at, source, class, text),
+            Some(count) => {
+                *count += 1;
+                Ok(())
+            }
+        }
+    }
+}
+
+/// The lines of all clocks as a metadata record.
+fn clocks(robots: &[Robot], lines: &[Lines]) -> BTreeMap<String, String> {
+    let names = robots.iter().map(|robot| robot.name.as_str()).chain(["ft"]);
+    let mut record = BTreeMap::new();
+    for (name, lines) in names.zip(lines) {
+        for (nth, line) in lines.iter().enumerate() {
+            let text = line.and_then(|line| serde_json::to_string(&line).ok()).unwrap_or_else(|| "none".to_owned());
+            record.insert(format!("{name}.{}", nth + 1), text);
+        }
+    }
+    record
+}
