@@ -178,7 +178,7 @@ pub(super) fn kept(timing: &Timing, cycle_s: f64) -> String {
     )
 }
 
-/// The path of a file that a test of a controller names, if it is a file.
+/// The cell as a program under test is told it: a path, or a name inside the program.
 pub(super) fn named(cell: &Path) -> String {
     cell.display().to_string()
 }
