@@ -22,6 +22,7 @@ mod mistakes;
 mod oracles;
 mod page;
 mod physics;
+mod record;
 mod recording;
 mod replay;
 mod scenario;
