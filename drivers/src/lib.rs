@@ -3,8 +3,7 @@
 //! Here is the edge at which units change: outside, what a controller or a sensor counts in; inside, SI. Every conversion is
 //! one function, named after what comes out and what goes in, so that a factor stands in one place.
 //!
-//! Not there yet: the protocol machines (KUKA RSI, ATI RDT, OptoForce, Schunk, Bota, Robotiq). When they come, time comes in
-//! as [`sim_core::time::Nanos`], and sockets stay in one file behind a feature.
+//! Time comes in as [`sim_core::time::Nanos`]; sockets stay in one module behind the feature `net`.
 #![warn(missing_docs)]
 
 pub mod capture;

@@ -65,6 +65,17 @@ impl ForceUnit {
         ForceUnit::GramForce,
     ];
 
+    /// Unit of a code on ATI's pages.
+    pub fn of_code(code: u8) -> Option<ForceUnit> {
+        Self::ALL.get(usize::from(code).checked_sub(1)?).copied()
+    }
+
+    /// Unit of a text, whatever its hyphens and capitals.
+    pub fn of_text(text: &str) -> Option<ForceUnit> {
+        let plain = letters(text);
+        Self::ALL.into_iter().find(|unit| unit.text().eq_ignore_ascii_case(&plain))
+    }
+
     /// How the sensor's pages write it.
     pub fn text(self) -> &'static str {
         match self {
@@ -118,6 +129,17 @@ impl TorqueUnit {
         TorqueUnit::KilonewtonMetre,
     ];
 
+    /// Unit of a code on ATI's pages.
+    pub fn of_code(code: u8) -> Option<TorqueUnit> {
+        Self::ALL.get(usize::from(code).checked_sub(1)?).copied()
+    }
+
+    /// Unit of a text, whatever its hyphens and capitals.
+    pub fn of_text(text: &str) -> Option<TorqueUnit> {
+        let plain = letters(text);
+        Self::ALL.into_iter().find(|unit| unit.text().eq_ignore_ascii_case(&plain))
+    }
+
     /// How the sensor's pages write it, without a hyphen.
     pub fn text(self) -> &'static str {
         match self {
@@ -143,6 +165,10 @@ impl TorqueUnit {
     }
 }
 
+fn letters(text: &str) -> String {
+    text.chars().filter(char::is_ascii_alphanumeric).collect()
+}
+
 /// What one count of a force/torque sensor is worth. Its calibration says how many counts make a newton.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SensorScale {
@@ -157,6 +183,11 @@ impl SensorScale {
         (sound(counts_per_n) && sound(counts_per_n_m)).then_some(SensorScale { counts_per_n, counts_per_n_m })
     }
 
+    /// From counts for one unit of each kind, as a sensor's page has them.
+    pub fn from_units(per_force: f64, force: ForceUnit, per_torque: f64, torque: TorqueUnit) -> Option<Self> {
+        SensorScale::new(per_force / force.newtons(), per_torque / torque.newton_metres())
+    }
+
     /// Counts that one newton makes.
     pub fn counts_per_n(&self) -> f64 {
         self.counts_per_n
@@ -168,9 +199,10 @@ impl SensorScale {
     }
 
     /// Counts of a wrench in N and N m, rounded to the nearest, and held at the limits of the type as a sensor does.
-    pub fn counts_from_wrench(&self, force_n: [f64; 3], torque_n_m: [f64; 3]) -> [i32; 6] {
-        let [fx, fy, fz] = force_n.map(|value| (value * self.counts_per_n).round() as i32);
-        let [tx, ty, tz] = torque_n_m.map(|value| (value * self.counts_per_n_m).round() as i32);
+    pub fn counts_from_wrench(&self, wrench: [f64; 6]) -> [i32; 6] {
+        let [fx, fy, fz, tx, ty, tz] = wrench;
+        let [fx, fy, fz] = [fx, fy, fz].map(|force_n| (force_n * self.counts_per_n).round() as i32);
+        let [tx, ty, tz] = [tx, ty, tz].map(|torque_n_m| (torque_n_m * self.counts_per_n_m).round() as i32);
         [fx, fy, fz, tx, ty, tz]
     }
 
@@ -249,6 +281,16 @@ mod tests {
         let forces =
             [pound_force, newton, pound_force * 1000, newton * 1000, kilogram_force, kilogram_force / 1000].map(number);
         assert_eq!(ForceUnit::ALL.map(ForceUnit::newtons), forces);
+        for text in ["N", "n", "kN", "lbf", "klbf", "gf", "kgf"] {
+            assert!(ForceUnit::of_text(text).is_some(), "{text}");
+        }
+        for text in ["Nm", "N-m", "lbf-in", "lbf-ft", "Nmm", "N-mm", "kgf-cm", "kN-m"] {
+            assert!(TorqueUnit::of_text(text).is_some(), "{text}");
+        }
+        assert_eq!((ForceUnit::of_text("N-m"), TorqueUnit::of_text("N")), (None, None));
+        assert_eq!(ForceUnit::of_code(2).map(ForceUnit::text), Some("N"));
+        assert_eq!(TorqueUnit::of_code(3).map(TorqueUnit::text), Some("Nm"));
+        assert_eq!((ForceUnit::of_code(0), TorqueUnit::of_code(7)), (None, None));
         let torques = [
             pound_force * 254 / 10_000,
             pound_force * 3048 / 10_000,
@@ -263,7 +305,7 @@ mod tests {
     #[test]
     fn counts_stop_at_the_limits_of_the_type() {
         let scale = SensorScale::new(1e6, 1e6).expect("a sound calibration");
-        let counts = scale.counts_from_wrench([12.5, 1e9, f64::NAN], [-1e9, -0.000001, 0.0]);
+        let counts = scale.counts_from_wrench([12.5, 1e9, f64::NAN, -1e9, -0.000001, 0.0]);
         assert_eq!(counts, [12_500_000, i32::MAX, 0, i32::MIN, -1, 0]);
         assert_eq!(scale.wrench_from_counts([12_500_000, 0, 0, 0, -1, 0])[0], 12.5);
     }

@@ -45,6 +45,8 @@ pub struct Case {
     pub first: AxisMotion,
     /// Commanded motion at each tick of the loop; empty for a drive.
     pub commanded: Vec<AxisMotion>,
+    /// Step to which recorded commands were rounded on their wire, in m; 0 where nobody says.
+    pub command_quantum_m: f64,
     /// Whether that command was recorded.
     pub commanded_known: Vec<bool>,
     /// Reported position at each tick of the loop.
@@ -164,6 +166,7 @@ fn docking(session: &Session, model: &Model) -> Result<Case, Error> {
         until,
         first: motion[0],
         commanded: motion,
+        command_quantum_m: session.believed_f64_or("command_quantum_m", 0.0)?.max(0.0),
         commanded_known: position.known,
         measured_m,
         after_m_per_s,
@@ -214,6 +217,7 @@ fn drive(session: &Session, model: &Model) -> Result<Case, Error> {
         until: Nanos(ticks as i64 * period.0),
         first,
         commanded: Vec::new(),
+        command_quantum_m: 0.0,
         commanded_known: Vec::new(),
         measured_m,
         after_m_per_s: Channel::default(),

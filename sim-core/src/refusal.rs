@@ -1,8 +1,20 @@
 //! Input without meaning: refused with name, value, unit and limit. What is merely unstable is answered, not refused.
 
+use alloc::format;
+use alloc::string::String;
+
+/// Sizes outside this range are written with an exponent: 1e300, and not 301 digits.
+const PLAIN: core::ops::Range<f64> = 1e-4..1e7;
+
+/// A number with all its digits, as somebody would type it.
+pub fn plain(value: f64) -> String {
+    let is_plain = value == 0.0 || PLAIN.contains(&value.abs()) || !value.is_finite();
+    if is_plain { format!("{value}") } else { format!("{value:e}") }
+}
+
 /// A value that no physics can have.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error("{name} = {value} {unit} {limit}")]
+#[error("{name} = {} {unit} {limit}", plain(*value))]
 pub struct Refusal {
     /// What it is called, with its unit, as users type it.
     pub name: &'static str,
@@ -42,5 +54,11 @@ mod tests {
         assert_eq!(not_negative("delay_s", -0.5, "s").unwrap_err().to_string(), "delay_s = -0.5 s is below 0");
         assert_eq!(finite("x_m", f64::NAN, "m").unwrap_err().to_string(), "x_m = NaN m is not a finite number");
         assert_eq!(positive("mass_kg", 2.0, "kg"), Ok(2.0));
+    }
+
+    #[test]
+    fn long_numbers_have_an_exponent() {
+        let texts = [1e300, -1e-9, 63.2057, 1e7, 9_999_999.5, 1e-4, 0.0, f64::INFINITY].map(plain);
+        assert_eq!(texts, ["1e300", "-1e-9", "63.2057", "1e7", "9999999.5", "0.0001", "0", "inf"]);
     }
 }

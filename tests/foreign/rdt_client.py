@@ -114,6 +114,13 @@ def read(sensor, stream, samples, command):
             if stream.samples == 0:
                 sensor.send(request(command))
     sensor.send(request(STOP))
+    # Readings that are on their way still find their port open; they are no longer counted.
+    sensor.settimeout(1.0)
+    try:
+        while sensor.recv(65536):
+            pass
+    except (socket.timeout, ConnectionRefusedError):
+        pass
 
 
 def main():

@@ -136,7 +136,8 @@ fn thirty_six_poses_in_a_recording_become_a_section_of_the_model() {
     shell.write("m.toml", &before);
     let args = ["calibrate", "ft", "DIR/poses.mcap", "--model", "DIR/m.toml", "--json", "DIR/ft.json"];
     let ran = shell.run(&args);
-    assert_eq!((ran.exit, ran.err.as_str()), (0, ""), "{}", ran.out);
+    assert_eq!((ran.exit, ran.err.as_str()), (0, "DIR/ft.json: written\n"), "{}", ran.out);
+    assert!(ran.out.ends_with("tool_mass_kg and bias_n written to DIR/m.toml\n"), "{}", ran.out);
     assert!(ran.out.starts_with("36 poses at rest, 36 directions of gravity"), "{}", ran.out);
     assert!(
         ran.out.contains("more attitudes would help little") && ran.out.contains("residuals: white"),
@@ -189,13 +190,31 @@ fn small_numbers_keep_their_digits_and_a_cut_recording_its_grade() {
     );
 }
 
+/// Poses at rest say themselves what was recorded: no kind is asked for.
+#[test]
+fn a_recording_without_a_record_is_calibrated_from() {
+    let shell = Shell::new();
+    save(&recording(&random_attitudes(12), 6), &shell.path("poses.mcap"));
+    let whole = std::fs::read(shell.path("poses.mcap")).unwrap();
+    let bare = crate::recording::messages_alone(&whole, "ros2msg", |_, time| time);
+    std::fs::write(shell.path("bare.mcap"), bare).unwrap();
+    let (named, bare) =
+        (shell.run(&["calibrate", "ft", "DIR/poses.mcap"]), shell.run(&["calibrate", "ft", "DIR/bare.mcap"]));
+    assert_eq!((bare.exit, bare.out.as_str()), (0, named.out.as_str()), "{}", bare.err);
+}
+
 /// The figures of reference/PHYSICS.md, section 5: a sweep of ± 30 degrees leaves one axis ten times worse.
 #[test]
 fn a_narrow_sweep_is_told_which_poses_to_add() {
-    let shell = Shell::new();
+    let shell = Shell::with_model();
+    let before = shell.read("m.toml");
     save(&recording(&sweep(36, 30.0), 2), &shell.path("sweep.mcap"));
-    let ran = shell.run(&["calibrate", "ft", "DIR/sweep.mcap"]);
+    let ran = shell.run(&["calibrate", "ft", "DIR/sweep.mcap", "--model", "DIR/m.toml"]);
     assert_eq!((ran.exit, ran.err.as_str()), (3, ""), "{}", ran.out);
+    assert!(ran.out.ends_with("[sensor.calibration] not written to DIR/m.toml: not decided\n"), "{}", ran.out);
+    assert_eq!(shell.read("m.toml"), before);
+    let numbers = shell.run(&["calibrate", "ft", "DIR/sweep.mcap", "--model", "DIR/m.toml", "--json", "-"]);
+    assert!(numbers.exit == 3 && numbers.err.contains("not written to DIR/m.toml"), "{}", numbers.err);
     assert!(ran.out.contains("attitudes within ±30 degrees leave the bias along x at 0."), "{}", ran.out);
     assert!(ran.out.contains(": add poses\n  add: gravity along ("), "{}", ran.out);
     // What was proposed is added: gravity turned over.

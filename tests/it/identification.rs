@@ -99,7 +99,7 @@ fn steps_become_a_section_of_the_model() {
     save(&recording(5.5, [&x, &y, &z], [&along_x, &still, &along_z], 1), &shell.path("steps.mcap"));
     let args = ["identify", "robot", "DIR/steps.mcap", "--model", "DIR/m.toml", "--json", "DIR/robot.json"];
     let ran = shell.run(&args);
-    assert_eq!((ran.exit, ran.err.as_str()), (0, ""), "{}", ran.out);
+    assert_eq!((ran.exit, ran.err.as_str()), (0, "DIR/robot.json: written\n"), "{}", ran.out);
     let found: Value = serde_json::from_str(&shell.read("robot.json")).unwrap();
     for (name, fn_hz, zeta) in [("z", 5.0, 0.3), ("x", 8.0, 0.6)] {
         let one = axis(&found, name);
@@ -119,7 +119,9 @@ fn steps_become_a_section_of_the_model() {
         ran.out
     );
     // A lag without a dead time: the loop cannot know a command before it comes.
-    assert!(ran.out.contains("[robot.x], [robot.z] written\n"), "{}", ran.out);
+    assert!(ran.out.ends_with("[robot.x], [robot.z] written to DIR/m.toml\n"), "{}", ran.out);
+    let again = shell.run(&args[..5]);
+    assert!(again.exit == 2 && again.err.contains("replace it with --force"), "{}", again.err);
     assert!(ran.out.contains("refuse a model with this [robot.z]: it is a lag without dead time"), "{}", ran.out);
     assert!(ran.out.contains("take the table out to use the delays of timing, or state the dead time"), "{}", ran.out);
     let model = Model::parse("m.toml", &shell.read("m.toml"), &sim_core::effects::standard()).unwrap();
@@ -238,7 +240,7 @@ fn a_motion_at_constant_speed_shows_no_robot() {
             ran.out
         );
         assert!(ran.out.contains("record steps of one axis at a time"), "{}", ran.out);
-        assert!(ran.out.contains("[robot.z] not written: not decided"), "{}", ran.out);
+        assert!(ran.out.contains("[robot.z] not written to DIR/m.toml: not decided"), "{}", ran.out);
         assert_eq!(shell.read("m.toml"), before, "{seed}");
         let found = json(&shell.run(&["identify", "robot", "DIR/speed.mcap", "--json", "-"]));
         let one = axis(&found, "z");
@@ -255,7 +257,7 @@ fn an_open_axis_is_not_written_and_a_cut_recording_has_its_grade() {
     let before = shell.read("m.toml");
     let ran = shell.run(&["identify", "robot", &crate::shell::impact(), "--model", "DIR/m.toml"]);
     assert_eq!((ran.exit, ran.err.as_str()), (3, ""), "{}", ran.out);
-    assert!(ran.out.contains("DIR/m.toml: [robot.z] not written: not decided"), "{}", ran.out);
+    assert!(ran.out.ends_with("[robot.z] not written to DIR/m.toml: not decided\n"), "{}", ran.out);
     assert_eq!(shell.read("m.toml"), before);
     assert!(!ran.out.contains("grade"), "{}", ran.out);
     let whole = std::fs::read(fixtures::session("cell-a", "learn_01.mcap")).unwrap();

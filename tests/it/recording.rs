@@ -319,13 +319,19 @@ impl Sink for Rewrite {
     }
 }
 
-fn rewritten(schema_encoding: &'static str, shift_ns: fn(&str, u64) -> u64, map: &str) -> Result<Session, Error> {
+/// The messages of a recording and nothing else.
+pub fn messages_alone(whole: &[u8], schema_encoding: &'static str, shift_ns: fn(&str, u64) -> u64) -> Vec<u8> {
     let writer = mcap::Writer::new(Cursor::new(Vec::new())).unwrap();
     let mut sink = Rewrite { writer, schema_encoding, shift_ns };
-    read_records(Path::new("cell.mcap"), &mut Cursor::new(bytes(&cell(1))), &mut sink).unwrap();
+    read_records(Path::new("cell.mcap"), &mut Cursor::new(whole), &mut sink).unwrap();
     sink.writer.finish().unwrap();
+    sink.writer.into_inner().into_inner()
+}
+
+fn rewritten(schema_encoding: &'static str, shift_ns: fn(&str, u64) -> u64, map: &str) -> Result<Session, Error> {
     let map = Map::parse("m.toml", map).unwrap();
-    from_bytes("again.mcap", &sink.writer.into_inner().into_inner(), &ReadOptions { map, salvage: false })
+    let again = messages_alone(&bytes(&cell(1)), schema_encoding, shift_ns);
+    from_bytes("again.mcap", &again, &ReadOptions { map, salvage: false })
 }
 
 #[test]
@@ -366,6 +372,7 @@ fn what_nobody_says_is_asked_for() {
         silent.to_string(),
         "again.mcap: metadata record `session`: nothing says what was recorded, expected one of static, free-flight, impact, drive"
     );
+    assert!(silent.help.as_ref().is_some_and(|help| help.ends_with("kind = \"impact\"")), "{silent:?}");
     let odd = rewritten("flatbuffer", |_, time| time, "kind = \"static\"").unwrap();
     assert!(
         odd.findings.iter().any(|finding| finding.what.contains("schema is encoded as `flatbuffer`")),

@@ -302,6 +302,12 @@ fn wrong_models_with_six_axes_are_refused_at_their_place() {
         ("command_delay_s = 0.016", "command_delay_s = 0.001", &["is shorter than one loop period"]),
         ("dead_band_n = 0.5", "dead_band = 0.5", &["unknown field `dead_band`"]),
         ("rig = \"docking-space\"", "rig = \"docking\"", &["unknown field `chaser`"]),
+        ("rig = \"docking-space\"", "rig = \"dcking\"", &["`docking`, `docking-space` or `drive`", "── here"]),
+        (
+            "interface_m = [",
+            "interface_m = [nan, 0.0, 0.5] # [",
+            &["chaser: interface_m = NaN m", "│ interface_m = [nan"],
+        ),
     ] {
         let shell = Shell::new();
         assert_eq!(shell.run(&["run", "olev", "--extract", "DIR"]).exit, 0);

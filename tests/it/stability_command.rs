@@ -62,6 +62,49 @@ fn a_tool_as_heavy_as_the_satellites_is_unstable_whatever_the_damping() {
     let ran = shell.run(&["stability", "DIR/m.toml"]);
     assert_eq!(ran.exit, 1, "{}", ran.err);
     assert!(ran.out.contains("unstable in free flight"), "{}", ran.out);
+    assert!(!ran.out.contains("To make it stable"), "no damping helps: {}", ran.out);
+}
+
+/// What is merely unstable is answered: too much damping, a stiff contact that the delay outlasts, no damping at all.
+#[test]
+fn an_unstable_loop_is_answered_however_far_it_is_from_the_edge() {
+    let shell = Shell::new();
+    for (stiffness, damping, delay) in [("1000", "5000", "0.06"), ("1000", "8000", "0.032"), ("1e6", "500", "0.032")] {
+        let args = ["--mass-kg", "60", "--stiffness-n-per-m", stiffness, "--damping-n-s-per-m", damping];
+        let (exit, value) = json(&shell, &[&args[..], &["--delay-s", delay]].concat());
+        assert_eq!((exit, value["stable"].as_bool()), (1, Some(false)), "{value:#}");
+        assert!(value["one_sided"].is_null(), "longer than the contact: {value:#}");
+        assert!(value["growth_per_s"].as_f64().is_none_or(|growth| growth > 0.0), "{value:#}");
+    }
+    let bare = shell.run(&["stability", "--mass-kg", "60", "--stiffness-n-per-m", "1000", "--damping-n-s-per-m", "0"]);
+    assert_eq!(bare.exit, 1, "{}", bare.err);
+    assert!(bare.out.contains("without positive damping") && !bare.out.contains("tool"), "{}", bare.out);
+}
+
+/// A model may push apart, too, along one axis and in six.
+#[test]
+fn a_model_with_a_negative_stiffness_is_answered() {
+    let shell = Shell::with_model();
+    let text = shell.read("m.toml");
+    let at = text.find("stiffness_n_per_m = ").unwrap();
+    let end = at + text[at..].find('\n').unwrap();
+    shell.write("n.toml", &format!("{}stiffness_n_per_m = -500.0{}", &text[..at], &text[end..]));
+    let ran = shell.run(&["stability", "DIR/n.toml"]);
+    assert_eq!(ran.exit, 1, "{}", ran.err);
+    assert!(ran.out.contains("The stiffness is negative"), "{}", ran.out);
+    let model = fixtures::folder().join("scenarios/models/planar-bodies.toml");
+    let text = std::fs::read_to_string(model).unwrap();
+    let stiffness = |value: &str| {
+        let mut table: toml::Table = text.parse().unwrap();
+        table["contact"]["stiffness_n_per_m"] = toml::Value::Float(value.parse().unwrap());
+        shell.write("space.toml", &toml::to_string(&table).unwrap());
+        shell.run(&["stability", "DIR/space.toml"])
+    };
+    for value in ["-500", "1e9"] {
+        let ran = stiffness(value);
+        assert_eq!(ran.exit, 1, "{value}: {} {}", ran.out, ran.err);
+        assert!(ran.out.contains("unstable"), "{value}: {}", ran.out);
+    }
 }
 
 #[test]

@@ -110,6 +110,7 @@ fn groups() -> Vec<Group> {
 
 fn note(file: &str, role: &'static str, kind: Kind) -> SessionNote {
     let closed = Software {
+        rounding_m: 0.0,
         closure_m: Some(2.2e-14),
         closure_found_m: None,
         clock_offset_s: 0.0,

@@ -113,6 +113,7 @@ fn session(file: &str, stream: usize) -> SessionComparison {
         kind: Kind::Impact,
         verdict: Verdict::Outside,
         software: Software {
+            rounding_m: 0.0,
             closure_m: Some(2e-14),
             closure_found_m: None,
             clock_offset_s: 0.0,

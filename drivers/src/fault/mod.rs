@@ -45,4 +45,8 @@ pub use table::{Needs, Row, TABLE, alike, row};
 pub use wire_fault::{At, FaultError, Stream, WireFault};
 
 #[cfg(test)]
+mod ft_tests;
+#[cfg(test)]
+mod rsi_tests;
+#[cfg(test)]
 mod tests;

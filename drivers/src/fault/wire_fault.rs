@@ -169,3 +169,16 @@ impl WireFault {
         self.action.flaw().map_or(Ok(()), flaw)
     }
 }
+
+impl core::fmt::Display for WireFault {
+    fn fmt(&self, out: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(out, "{} on {}", self.id(), self.on.id())?;
+        if let Some(robot) = &self.robot {
+            write!(out, " of {robot}")?;
+        }
+        match self.at {
+            At::Number(number) => write!(out, " at {number}"),
+            At::Event(Event::FirstContact) => write!(out, " at first contact"),
+        }
+    }
+}

@@ -1,7 +1,8 @@
 //! A sensor, or a device, of any protocol.
 
 use super::client::Client;
-use super::{Device, Disturbance, Event, Sensor, Tally, Unable, rdt};
+use super::{Device, Disturbance, Event, Sensor, Tally, Unable};
+use super::{bota, optoforce, rdt, record, robotiq, schunk};
 use core::net::SocketAddr;
 use sim_core::time::Nanos;
 
@@ -9,26 +10,56 @@ use sim_core::time::Nanos;
 #[derive(Debug, Clone)]
 pub enum AnySensor {
     /// ATI Net F/T and Axia.
-    Rdt(Client<rdt::Rdt>),
+    Rdt(Box<Client<rdt::Rdt>>),
+    /// OnRobot/OptoForce HEX.
+    OptoForce(Box<Client<optoforce::OptoForce>>),
+    /// SCHUNK FTS with IFB-EN.
+    Schunk(Box<Client<schunk::Schunk>>),
+    /// Bota Rokubi and SensONE.
+    Bota(Box<Client<bota::Bota>>),
+    /// Robotiq FT 150/300.
+    Robotiq(Box<Client<robotiq::Robotiq>>),
+    /// A laboratory's own box.
+    Record(Box<Client<record::RecordWire>>),
 }
 
 /// The device's side of a sensor whose protocol the settings name.
 #[derive(Debug, Clone)]
 pub enum AnyDevice {
     /// ATI Net F/T and Axia.
-    Rdt(rdt::RdtDevice),
+    Rdt(Box<rdt::RdtDevice>),
+    /// OnRobot/OptoForce HEX.
+    OptoForce(Box<optoforce::OptoForceDevice>),
+    /// SCHUNK FTS with IFB-EN.
+    Schunk(Box<schunk::SchunkDevice>),
+    /// Bota Rokubi and SensONE.
+    Bota(Box<bota::BotaDevice>),
+    /// Robotiq FT 150/300.
+    Robotiq(Box<robotiq::RobotiqDevice>),
+    /// A laboratory's own box.
+    Record(Box<record::RecordDevice>),
 }
 
 impl AnySensor {
     fn inner(&self) -> &dyn Sensor {
         match self {
-            AnySensor::Rdt(sensor) => sensor,
+            AnySensor::Rdt(sensor) => sensor.as_ref(),
+            AnySensor::OptoForce(sensor) => sensor.as_ref(),
+            AnySensor::Schunk(sensor) => sensor.as_ref(),
+            AnySensor::Bota(sensor) => sensor.as_ref(),
+            AnySensor::Robotiq(sensor) => sensor.as_ref(),
+            AnySensor::Record(sensor) => sensor.as_ref(),
         }
     }
 
     fn inner_mut(&mut self) -> &mut dyn Sensor {
         match self {
-            AnySensor::Rdt(sensor) => sensor,
+            AnySensor::Rdt(sensor) => sensor.as_mut(),
+            AnySensor::OptoForce(sensor) => sensor.as_mut(),
+            AnySensor::Schunk(sensor) => sensor.as_mut(),
+            AnySensor::Bota(sensor) => sensor.as_mut(),
+            AnySensor::Robotiq(sensor) => sensor.as_mut(),
+            AnySensor::Record(sensor) => sensor.as_mut(),
         }
     }
 }
@@ -62,13 +93,23 @@ impl Sensor for AnySensor {
 impl AnyDevice {
     fn inner(&self) -> &dyn Device {
         match self {
-            AnyDevice::Rdt(device) => device,
+            AnyDevice::Rdt(device) => device.as_ref(),
+            AnyDevice::OptoForce(device) => device.as_ref(),
+            AnyDevice::Schunk(device) => device.as_ref(),
+            AnyDevice::Bota(device) => device.as_ref(),
+            AnyDevice::Robotiq(device) => device.as_ref(),
+            AnyDevice::Record(device) => device.as_ref(),
         }
     }
 
     fn inner_mut(&mut self) -> &mut dyn Device {
         match self {
-            AnyDevice::Rdt(device) => device,
+            AnyDevice::Rdt(device) => device.as_mut(),
+            AnyDevice::OptoForce(device) => device.as_mut(),
+            AnyDevice::Schunk(device) => device.as_mut(),
+            AnyDevice::Bota(device) => device.as_mut(),
+            AnyDevice::Robotiq(device) => device.as_mut(),
+            AnyDevice::Record(device) => device.as_mut(),
         }
     }
 }

@@ -15,7 +15,7 @@ use super::{Sensor, Unable};
 use sim_core::time::Nanos;
 
 /// Time between two requests to stream while none is answered.
-const RESEND_EVERY: Nanos = Nanos(100_000_000);
+pub(super) const RESEND_EVERY: Nanos = Nanos(100_000_000);
 /// Repetitions of a request before the sensor is said not to answer.
 const RESENDS: u32 = 10;
 /// First pause after that; it doubles.
@@ -49,6 +49,8 @@ pub enum Found {
     Malformed(Malformed),
     /// An answer to a command.
     Event(Event),
+    /// Bytes that are allowed and mean nothing.
+    Nothing,
 }
 
 /// Widths and rate of a protocol's counters.
@@ -72,6 +74,10 @@ pub trait Wire {
     fn bias(&mut self, set: bool) -> Option<Vec<Vec<u8>>>;
     /// What is to be said next while the stream is being set up.
     fn next_request(&mut self, _out: &mut Vec<Vec<u8>>) {}
+    /// How long one start may take before it goes out again.
+    fn patience(&self) -> Nanos {
+        RESEND_EVERY
+    }
     /// A datagram, or a piece of a stream.
     fn decode(&mut self, bytes: &[u8], found: &mut Vec<Found>);
     /// What a status word amounts to, and each bit in words.
@@ -92,6 +98,8 @@ pub struct Client<W> {
     malformed_run: u32,
     wanted: bool,
     answered: bool,
+    /// A start went out, so that the packet counter may begin anew at 1.
+    anew: bool,
     asked_at: Option<Nanos>,
     requests: u32,
     pause: Nanos,
@@ -115,6 +123,7 @@ impl<W: Wire> Client<W> {
             malformed_run: 0,
             wanted: false,
             answered: false,
+            anew: false,
             asked_at: None,
             requests: 0,
             pause: PAUSE_MIN,
@@ -135,8 +144,8 @@ impl<W: Wire> Client<W> {
         &mut self.wire
     }
 
-    /// Counts events that a caller found with the wire's own help.
-    pub fn note(&mut self, events: &[Event]) {
+    /// Counts events that did not come from bytes.
+    pub(super) fn count(&mut self, events: &[Event]) {
         self.tally.count(events);
     }
 
@@ -144,6 +153,7 @@ impl<W: Wire> Client<W> {
         self.wire.start(out);
         self.wanted = true;
         self.answered = false;
+        self.anew = true;
         if let Some(sequence) = &mut self.sequence {
             // The packet counter begins anew at every start; the device's clock goes on.
             sequence.reset();
@@ -186,6 +196,11 @@ impl<W: Wire> Client<W> {
         let (Some(sequence), Some(seen)) = (&mut self.sequence, reading.sequence) else {
             return true;
         };
+        if self.anew && seen == 1 {
+            // What came since the start was of the old stream, still under way.
+            self.anew = false;
+            sequence.reset();
+        }
         let last = sequence.last().unwrap_or_default();
         match sequence.see(seen) {
             Step::First | Step::Next => {}
@@ -266,7 +281,7 @@ impl<W: Wire> Client<W> {
             self.asked_at = Some(now);
             return;
         };
-        let wait = if self.requests <= RESENDS { RESEND_EVERY } else { self.pause };
+        let wait = if self.requests <= RESENDS { self.wire.patience() } else { self.pause.max(self.wire.patience()) };
         if since_then(now, asked_at) < wait {
             return;
         }
@@ -311,6 +326,7 @@ impl<W: Wire> Sensor for Client<W> {
                 },
                 Found::Malformed(why) => self.refuse(why, events),
                 Found::Event(event) => events.push(event),
+                Found::Nothing => {}
             }
         }
         self.found = found;

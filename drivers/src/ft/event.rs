@@ -62,6 +62,8 @@ pub enum Malformed {
         got: u64,
         /// What the bytes give.
         computed: u64,
+        /// Bytes of the record.
+        bytes: usize,
     },
     /// Bytes of a stream that belong to no record.
     #[error("{bytes} bytes between records")]

@@ -4,21 +4,45 @@
 //!
 //! | protocol | transport | module |
 //! |---|---|---|
-//! | ATI Net F/T and Axia, RDT | UDP, datagrams | [`rdt`] |
+//! | ATI Net F/T and Axia, RDT | UDP | [`rdt`] |
+//! | OnRobot/OptoForce HEX | UDP | [`optoforce`] |
+//! | SCHUNK FTS | samples UDP, commands TCP | [`schunk`] |
+//! | Bota Rokubi, SensONE | serial line | [`bota`] |
+//! | Robotiq FT 150/300 | serial line | [`robotiq`] |
+//! | a laboratory's own box | UDP, or a stream | [`record`] |
 //!
 //! Source of all of them: reference/PROTOCOLS.md, sections 2 and 3.
 
 mod any;
+mod bench;
+pub mod bota;
+pub mod calibration;
+mod checksum;
 mod client;
 mod event;
+mod framer;
+pub mod http;
+mod layout;
+pub mod netft_tcp;
+pub mod optoforce;
 pub mod rdt;
+pub mod record;
+pub mod robotiq;
+pub mod schunk;
 mod sequence;
 mod settings;
 mod status;
+#[cfg(test)]
+mod tests;
 
 pub use any::{AnyDevice, AnySensor};
+pub use calibration::{Calibration, PageError};
+pub use checksum::Checksum;
 pub use client::{Client, Counters, Found, Reading, Wire};
 pub use event::{Event, Health, Malformed, Sample, Tally};
+pub use layout::{
+    Checked, CrcField, Endian, Field, Framing, Kind, PerAxis, RecordLayout, StatusField, Sync, TimeField, Vector,
+};
 pub use sequence::{Sequence, Step};
 pub use settings::{Protocol, Settings, SettingsError, Transport};
 pub use status::Model;

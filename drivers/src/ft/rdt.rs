@@ -18,6 +18,7 @@
 //!
 //! Not covered: the multi-unit start is sent and taken as a plain start.
 
+use super::bench::{Bench, Ticks};
 use super::client::{Counters, Found, Reading, Wire};
 use super::event::{Health, Malformed};
 use super::status::Model;
@@ -34,6 +35,9 @@ pub const RECORD: usize = 36;
 pub const RECORDS_MAX: usize = 40;
 /// Rate of the Net F/T's own samples, in Hz.
 pub const CLOCK_HZ: f64 = 7000.0;
+
+/// Status of a sensor whose only news is a latched monitor condition.
+const LATCHED: u32 = 0x8001_0000;
 
 /// A command to the sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -192,32 +196,14 @@ impl Wire for Rdt {
 pub struct RdtDevice {
     scale: SensorScale,
     model: Model,
-    /// Device samples per sample of the stream, as a fraction: both in Hz.
-    clock_hz: f64,
-    rate_hz: f64,
     records_per_datagram: usize,
-    client: Option<SocketAddr>,
-    streaming: Option<Stream>,
-    ft_sequence: u32,
-    ticks_owed: f64,
-    bias: [f64; 6],
-    load: [f64; 6],
-    held: Option<[i32; 6]>,
-    status: Option<u32>,
-    counts: Option<[i32; 6]>,
-    latched: bool,
-    stalled: bool,
-    silent: bool,
-    deaf_starts: u32,
-}
-
-/// A stream that runs.
-#[derive(Debug, Clone)]
-struct Stream {
+    bench: Bench,
+    ticks: Ticks,
     rdt_sequence: u32,
     left: Option<u32>,
     buffered: bool,
     pending: Vec<u8>,
+    latched: bool,
 }
 
 impl RdtDevice {
@@ -226,22 +212,14 @@ impl RdtDevice {
         RdtDevice {
             scale,
             model,
-            clock_hz,
-            rate_hz,
             records_per_datagram: records_per_datagram.clamp(1, RECORDS_MAX),
-            client: None,
-            streaming: None,
-            ft_sequence: 0,
-            ticks_owed: 0.0,
-            bias: [0.0; 6],
-            load: [0.0; 6],
-            held: None,
-            status: None,
-            counts: None,
+            bench: Bench::default(),
+            ticks: Ticks::new(clock_hz, rate_hz),
+            rdt_sequence: 0,
+            left: None,
+            buffered: false,
+            pending: Vec::new(),
             latched: false,
-            stalled: false,
-            silent: false,
-            deaf_starts: 0,
         }
     }
 
@@ -256,44 +234,23 @@ impl RdtDevice {
     }
 
     fn begin(&mut self, peer: Option<SocketAddr>, buffered: bool, samples: u32) {
-        if self.deaf_starts > 0 {
-            self.deaf_starts -= 1;
-            return;
+        if self.bench.begin(peer) {
+            self.rdt_sequence = 0;
+            self.left = (samples > 0).then_some(samples);
+            self.buffered = buffered;
+            self.pending.clear();
         }
-        self.client = peer;
-        let left = (samples > 0).then_some(samples);
-        self.streaming = Some(Stream { rdt_sequence: 0, left, buffered, pending: Vec::new() });
     }
 
-    /// Lets its own clock run for one sample of the stream.
-    fn advance(&mut self) {
-        if self.stalled {
-            return;
-        }
-        self.ticks_owed += self.clock_hz / self.rate_hz;
-        let whole = self.ticks_owed.floor();
-        self.ticks_owed -= whole;
-        self.ft_sequence = self.ft_sequence.wrapping_add(whole as u32);
-    }
-
-    fn reading(&mut self) -> [i32; 6] {
-        if let (true, Some(held)) = (self.stalled, self.held) {
-            return held;
-        }
-        let mut wrench = self.load;
-        wrench.iter_mut().zip(self.bias).for_each(|(value, bias)| *value -= bias);
-        let [fx, fy, fz, tx, ty, tz] = wrench;
-        let counts = self.counts.unwrap_or_else(|| self.scale.counts_from_wrench([fx, fy, fz], [tx, ty, tz]));
-        self.held = Some(counts);
-        counts
-    }
-
-    fn status_of(&self, counts: &[i32; 6]) -> u32 {
-        let latch = if self.latched { 0x8001_0000 } else { 0 };
-        let clipped = counts.iter().any(|&count| count == i32::MAX || count == i32::MIN);
+    fn record(&mut self, wrench: [f64; 6]) -> Record {
+        let load = self.scale.counts_from_wrench(wrench);
+        let counts = self.bench.counts.unwrap_or(load);
+        let mut record =
+            Record { rdt_sequence: self.rdt_sequence, ft_sequence: self.ticks.count as u32, status: 0, counts };
         // Counts that a test dictates come with the status that it dictates, or with a good one.
-        let saturated = if clipped && self.counts.is_none() { self.model.saturated() } else { 0 };
-        self.status.unwrap_or(latch | saturated)
+        let saturated = if record.clipped() && self.bench.counts.is_none() { self.model.saturated() } else { 0 };
+        record.status = self.bench.status.unwrap_or(saturated | if self.latched { LATCHED } else { 0 });
+        record
     }
 }
 
@@ -303,60 +260,56 @@ impl Device for RdtDevice {
         match Command::ALL.into_iter().find(|command| command.code() == code) {
             Some(Command::Start | Command::StartMultiUnit) => self.begin(peer, false, number),
             Some(Command::StartBuffered) => self.begin(peer, true, number),
-            Some(Command::Stop) => self.streaming = None,
-            Some(Command::Bias) => self.bias = self.load,
+            Some(Command::Stop) => self.bench.streams = false,
+            Some(Command::Bias) => self.bench.set_bias(true),
             Some(Command::ResetLatch) => self.latched = false,
             None => {}
         }
     }
 
     fn sample(&mut self, force_n: [f64; 3], torque_n_m: [f64; 3], out: &mut Vec<Vec<u8>>) {
-        let ([fx, fy, fz], [tx, ty, tz]) = (force_n, torque_n_m);
-        self.load = [fx, fy, fz, tx, ty, tz];
-        self.advance();
-        let counts = self.reading();
-        let (ft_sequence, status) = (self.ft_sequence, self.status_of(&counts));
-        let Some(stream) = &mut self.streaming else { return };
-        stream.rdt_sequence = stream.rdt_sequence.wrapping_add(1);
-        Record { rdt_sequence: stream.rdt_sequence, ft_sequence, status, counts }.encode(&mut stream.pending);
-        stream.left = stream.left.map(|left| left.saturating_sub(1));
-        let records = if stream.buffered { self.records_per_datagram } else { 1 };
-        let done = stream.left == Some(0);
-        if stream.pending.len() >= records * RECORD || done {
-            let datagram = core::mem::take(&mut stream.pending);
-            if !self.silent {
+        if !self.bench.stalled {
+            self.ticks.advance();
+        }
+        let wrench = self.bench.read(force_n, torque_n_m);
+        if !self.bench.streams {
+            return;
+        }
+        self.rdt_sequence = self.rdt_sequence.wrapping_add(1);
+        self.record(wrench).encode(&mut self.pending);
+        self.left = self.left.map(|left| left.saturating_sub(1));
+        let done = self.left == Some(0);
+        let records = if self.buffered { self.records_per_datagram } else { 1 };
+        if self.pending.len() >= records * RECORD || done {
+            let datagram = core::mem::take(&mut self.pending);
+            if !self.bench.silent {
                 out.push(datagram);
             }
         }
         if done {
-            self.streaming = None;
+            self.bench.streams = false;
         }
     }
 
     fn client(&self) -> Option<SocketAddr> {
-        self.client
+        self.bench.client
     }
 
     fn streams(&self) -> bool {
-        self.streaming.is_some()
+        self.bench.streams
     }
 
     fn disturb(&mut self, disturbance: Disturbance) -> Result<(), Unable> {
         match disturbance {
-            Disturbance::Status(status) => self.status = status,
-            Disturbance::Counts(counts) => self.counts = counts,
-            Disturbance::Sequence(next) => match &mut self.streaming {
-                Some(stream) => stream.rdt_sequence = (next as u32).wrapping_sub(1),
-                None => return Err(Unable { what: "change a packet counter while nothing streams" }),
-            },
-            Disturbance::Clock(at) => self.ft_sequence = at as u32,
-            Disturbance::Stall(stalled) => self.stalled = stalled,
+            Disturbance::Sequence(next) => self.rdt_sequence = (next as u32).wrapping_sub(1),
+            Disturbance::Clock(at) => self.ticks.count = at,
             Disturbance::Scale { counts_per_n, counts_per_n_m } => {
                 let scale = SensorScale::new(counts_per_n, counts_per_n_m);
                 self.scale = scale.ok_or(Unable { what: "count with a scale that is not finite and above zero" })?;
             }
-            Disturbance::DeafStarts(starts) => self.deaf_starts = starts,
-            Disturbance::Silent(silent) => self.silent = silent,
+            other => {
+                self.bench.disturb(other);
+            }
         }
         Ok(())
     }

@@ -9,20 +9,30 @@
 //! | `write` | numbers as they go onto the wire |
 //! | `frames` | a stream or a datagram cut into documents |
 //! | `config`, `config_xml`, `layout`, `dangers` | the Ethernet configuration file of the controller |
+//! | `controller*` | the controller's side of one robot |
 //! | `host`, `event`, `ipoc`, `pace`, `names`, `quantum`, `reply` | the PC's side for one robot |
 //!
 //! Source: reference/PROTOCOLS.md, section 1.
 
 mod config;
 mod config_xml;
+mod controller;
+mod controller_event;
+mod controller_late;
+mod controller_limits;
+mod controller_reply;
+mod controller_send;
+mod controller_settings;
 mod dangers;
 mod event;
 mod frames;
 mod host;
+#[cfg(test)]
 mod host_tests;
 mod ipoc;
 mod layout;
 mod malformed;
+#[cfg(test)]
 mod mutated;
 mod names;
 mod number;
@@ -37,6 +47,11 @@ mod write;
 
 pub use config::{Channel, EthernetConfig, Index, Kind, Transport};
 pub use config_xml::ConfigError;
+pub use controller::Controller;
+pub use controller_event::{ControllerEvent, Refusal, Stop, StopReason};
+pub use controller_late::LateRule;
+pub use controller_limits::Limits;
+pub use controller_settings::{Family, Settings};
 pub use dangers::{Danger, Dangerous, Mode, Trap};
 pub use event::Event;
 pub use frames::{Frames, Prefix, split};

@@ -154,7 +154,7 @@ base = { position_m = [3.0, -1.0, 0.5], abc_deg = [180.0, 0.0, 0.0] }
 interface = { position_m = [0.1, 0.0, 0.3], abc_deg = [0.0, 90.0, 0.0] }
 rail = { axis = "E1", direction = [0.0, 1.0, 0.0] }
 "#;
-        Places::of(&crate::cell::CellConfig::parse("two", &format!("{text}\n{second}")).unwrap()).unwrap()
+        Places::of(&CellConfig::parse("two", &format!("{text}\n{second}")).unwrap()).unwrap()
     }
 
     /// By hand: BASE at -1.2 m, tool at 0.992 m, tip 0.2 m further, nozzle at the origin.
@@ -171,7 +171,7 @@ rail = { axis = "E1", direction = [0.0, 1.0, 0.0] }
         let places = two_robots();
         let nozzle = Reported {
             pose_mm_deg: [1200.0, 300.0, 900.0, 30.0, -20.0, 100.0],
-            external_mm: [226_966.9326, 0.0, 0.0, 0.0, 0.0, 0.0],
+            external_mm: [226_966.932_6, 0.0, 0.0, 0.0, 0.0, 0.0],
         };
         let probe = Reported { pose_mm_deg: [100.0, -50.0, 700.0, -150.0, 35.0, 12.0], ..Reported::default() };
         let relative = places.relative(&probe, Some(&nozzle));

@@ -1,14 +1,42 @@
-//! Cells: robots, sensor and satellites that speak over wires, as a file, and the virtual one that is a cell itself.
+//! Cells: robots, sensor and satellites that speak over wires, as a file; and the virtual one that is a cell itself.
 //!
 //! ```text
 //! CELL.toml ──┬─ Ethernet configuration of each robot (XML)
 //!             └─ model.toml: what the operator believes of the cell
+//!
+//!            facility (sim_core)                         satellites, compensator
+//!                   │                                              │
+//!  VirtualCell: rsi::Controller ×n, ft::Device   ◄─bytes─►   OnWire: rsi::Host ×n, ft::Sensor ── Controller
+//!                   └──────────── Peer: InProcess, or Wires ◄─UDP─► Served ┘
 //! ```
+//!
+//! | file | what it is |
+//! |---|---|
+//! | `config`, `config_check`, `parts` | the file, what it may say, and the parts made of it |
+//! | `frames` | poses of two robots and the relative one |
+//! | `virtual_cell`, `faults`, `session` | the cell without a socket, what it gets wrong, and what was exchanged |
+//! | `controller`, `on_wire`, `pc` | controllers under test in SI, and their bytes |
+//! | `run` | one run: the cell and whoever is at the other end |
+//! | `wires`, `serve`, `process`, `clock` | the same over real sockets, with a program that is started and watched |
+//!
+//! In virtual time a run is a function of its files and of the controller's answers: the F/T packets of a cycle are sent before its
+//! frames, and the cell goes on when it has its answers.
 
+pub mod clock;
 mod config;
 mod config_check;
 pub mod controller;
+pub mod faults;
 pub mod frames;
+pub mod on_wire;
+mod parts;
+mod pc;
+pub mod process;
+pub mod run;
+pub mod serve;
+pub mod session;
+pub mod virtual_cell;
+pub mod wires;
 
 pub use config::{Carries, PlaceConfig, RailConfig, RobotConfig, SensorConfig, StartConfig, TimeConfig};
 pub use config::{Cell, TextFile, embedded};

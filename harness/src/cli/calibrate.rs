@@ -6,7 +6,7 @@ use super::outcome::Exit;
 use crate::calibrate::{FtRequest, calibrate_ft, text, write_calibration};
 use crate::error::Error;
 use crate::model::Editor;
-use crate::recording::Session;
+use crate::recording::{Kind, Session};
 use clap::{Args, Subcommand};
 use sim_core::calibration::{Noise, Terms};
 use sim_core::effect::Catalog;
@@ -31,7 +31,7 @@ struct Ft {
     /// Recordings in which the robot stands in several attitudes, for a second or longer in each.
     #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
-    /// The model file that takes the result; its comments stay.
+    /// Write the result into this model file, if the poses decide it; its comments stay.
     #[arg(long, value_name = "MODEL.toml")]
     model: Option<PathBuf>,
     /// Replace the calibration that the model holds.
@@ -77,7 +77,7 @@ impl Ft {
         }
         let editor = self.model.as_ref().map(|path| open(path, self.force, catalog)).transpose()?;
         let options = self.reading.options()?;
-        let sessions = self.reading.sessions(&self.recordings, console)?;
+        let sessions = self.reading.sessions_as(Kind::Static, &self.recordings, console)?;
         inputs::each_once(&sessions.iter().collect::<Vec<_>>())?;
         let noise = self.force_sigma_n.zip(self.torque_sigma_n_m);
         let found = calibrate_ft(&FtRequest {
@@ -90,18 +90,26 @@ impl Ft {
             },
             noise: noise.map(|(force_sigma_n, torque_sigma_n_m)| Noise { force_sigma_n, torque_sigma_n_m }),
         })?;
-        let mut said = text(&found);
+        let said = text(&found);
+        let mut about_model = String::new();
         if let (Some(path), Some(mut editor)) = (&self.model, editor) {
-            let section = found.section(&source(&sessions, found.poses.len()), options.map.axis.travel);
-            write_calibration(&mut editor, &section);
-            editor.save(catalog)?;
-            said += &format!("{}: [sensor.calibration], tool_mass_kg and bias_n written\n", path.display());
+            if found.observability.is_enough {
+                let section = found.section(&source(&sessions, found.poses.len()), options.map.axis.travel);
+                write_calibration(&mut editor, &section);
+                editor.save(catalog)?;
+                about_model +=
+                    &format!("[sensor.calibration], tool_mass_kg and bias_n written to {}\n", path.display());
+            } else {
+                about_model += &format!("[sensor.calibration] not written to {}: not decided\n", path.display());
+            }
         }
         if let Some(path) = &self.json {
             console.save(path, &format!("{:#}\n", serde_json::json!(found)))?;
         }
-        if self.json.as_deref() != Some(Path::new("-")) {
-            console.print(&said);
+        if self.json.as_deref() == Some(Path::new("-")) {
+            console.say(&about_model);
+        } else {
+            console.print(&(said + &about_model));
         }
         Ok(if found.observability.is_enough { Exit::Pass } else { Exit::Undecided })
     }
@@ -109,7 +117,7 @@ impl Ft {
 
 /// The model to write to; one that holds a calibration is left alone unless `force` is given.
 fn open(path: &Path, force: bool, catalog: &Catalog<Axis>) -> Result<Editor, Error> {
-    let editor = Editor::open(path, catalog)?;
+    let editor = inputs::editor_along(path, catalog)?;
     if editor.has(&["sensor", "calibration"]) && !force {
         return Err(Error::new("holds a calibration already and was left as it is")
             .file(path)

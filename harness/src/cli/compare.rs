@@ -126,7 +126,7 @@ impl Arguments {
         if let Some(path) = &self.outputs.report {
             console.save(path, &html(page))?;
         }
-        if !self.outputs.json_only() {
+        if !self.outputs.takes_stdout() {
             console.print(&text(page, TEXT_WIDTH));
         }
         Ok(())

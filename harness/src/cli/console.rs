@@ -65,7 +65,14 @@ impl<'a> Console<'a> {
             self.print(text);
             return Ok(());
         }
-        write_whole(path, text.as_bytes())
+        self.write(path, text.as_bytes())
+    }
+
+    /// Writes a file whole, and says so.
+    pub fn write(&mut self, path: &Path, bytes: &[u8]) -> Result<(), Error> {
+        write_whole(path, bytes)?;
+        self.say(&format!("{}: written\n", path.display()));
+        Ok(())
     }
 
     /// A line that tells how far a long computation is, if somebody watches.

@@ -70,6 +70,7 @@ impl Arguments {
         drop(progress);
         if let Some(path) = &self.write_model {
             found(&self.model, &outcome, &learn, catalog)?.save_as(path, catalog)?;
+            console.say(&format!("{}: written\n", path.display()));
         }
         let used: Vec<&Session> = learn.iter().chain(&aux).chain(&test).collect();
         let page = story::diagnosis(
@@ -86,7 +87,7 @@ impl Arguments {
         if let Some(path) = &self.outputs.report {
             console.save(path, &html(&page))?;
         }
-        if !self.outputs.json_only() {
+        if !self.outputs.takes_stdout() {
             console.print(&text(&page, TEXT_WIDTH));
         }
         Ok(if outcome.diagnosis.verdict.answers() { Exit::Pass } else { Exit::Undecided })

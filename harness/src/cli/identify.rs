@@ -6,7 +6,7 @@ use super::outcome::Exit;
 use crate::error::Error;
 use crate::identify::{RobotIdentification, identify_robot, text, write_robot};
 use crate::model::{Editor, Model};
-use crate::recording::Session;
+use crate::recording::{Kind, Session};
 use crate::report::story::words::number;
 use clap::{Args, Subcommand};
 use sim_core::effect::Catalog;
@@ -31,10 +31,10 @@ struct Robot {
     /// Recordings in which single axes make steps, or are excited at several frequencies.
     #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
-    /// The model file that takes the result; its comments stay.
+    /// Write each axis that is decided into this model file, as [robot.AXIS]; its comments stay.
     #[arg(long, value_name = "MODEL.toml")]
     model: Option<PathBuf>,
-    /// Replace what the model holds of these axes.
+    /// Replace what the model holds of these axes already; without it they are left as they are.
     #[arg(long, requires = "model")]
     force: bool,
     /// Save the numbers as JSON; `-` prints them instead of the text.
@@ -60,28 +60,31 @@ impl Robot {
             inputs::writable(path)?;
             inputs::not_read(path, read())?;
         }
-        let editor = self.model.as_ref().map(|path| Editor::open(path, catalog)).transpose()?;
-        let sessions = self.reading.sessions(&self.recordings, console)?;
+        let editor = self.model.as_ref().map(|path| inputs::editor_along(path, catalog)).transpose()?;
+        let sessions = self.reading.sessions_as(Kind::FreeFlight, &self.recordings, console)?;
         inputs::each_once(&sessions.iter().collect::<Vec<_>>())?;
         let progress = console.progress();
         progress.say("fitting a lag, a dead time, and both");
         let robot = identify_robot(&sessions)?;
         drop(progress);
-        let mut said = text(&robot);
+        let said = text(&robot);
+        let mut about_model = String::new();
         if let (Some(path), Some(mut editor)) = (&self.model, editor) {
             keeps_old(&editor, &robot, path, self.force)?;
+            about_model += &left_out(path, &robot);
             if robot.axes.iter().any(|axis| axis.is_decided) {
                 write_robot(&mut editor, &robot, &source(&sessions));
                 editor.save(catalog)?;
-                said += &written(path, &robot, &Model::read(path, catalog)?);
+                about_model += &written(path, &robot, &Model::read(path, catalog)?);
             }
-            said += &left_out(path, &robot);
         }
         if let Some(path) = &self.json {
             console.save(path, &format!("{:#}\n", serde_json::json!(robot)))?;
         }
-        if self.json.as_deref() != Some(Path::new("-")) {
-            console.print(&said);
+        if self.json.as_deref() == Some(Path::new("-")) {
+            console.say(&about_model);
+        } else {
+            console.print(&(said + &about_model));
         }
         Ok(if robot.axes.iter().all(|axis| axis.is_decided) { Exit::Pass } else { Exit::Undecided })
     }
@@ -104,14 +107,14 @@ fn places(robot: &RobotIdentification, are_decided: bool) -> String {
     axes.map(|axis| format!("[robot.{}]", axis.axis)).collect::<Vec<_>>().join(", ")
 }
 
-/// What was written, and what the commands make of it.
+/// What the commands make of what was written, and what it is.
 fn written(path: &Path, robot: &RobotIdentification, model: &Model) -> String {
-    let mut said = format!("{}: {} written\n", path.display(), places(robot, true));
+    let written = format!("{} written to {}\n", places(robot, true), path.display());
     if !robot.axes.iter().any(|axis| axis.is_decided && axis.axis == "z") {
-        return said + "no command that runs the loop uses these axes: it runs along z\n";
+        return format!("no command that runs the loop uses these axes: it runs along z\n{written}");
     }
     let stated_ms = number(1e3 * (model.timing.command_delay_s + model.timing.measurement_delay_s));
-    said += &match model.clone().with_identified_robot() {
+    let use_of_it = match model.clone().with_identified_robot() {
         Ok(_) => format!(
             "compare, diagnose, ladder, replay, run and stability use [robot.z] in place of the {stated_ms} ms of [timing], not beside \
              them\n"
@@ -122,13 +125,13 @@ fn written(path: &Path, robot: &RobotIdentification, model: &Model) -> String {
             error.help.unwrap_or_default()
         ),
     };
-    said
+    use_of_it + &written
 }
 
 /// What was not written, and why.
 fn left_out(path: &Path, robot: &RobotIdentification) -> String {
     let open = places(robot, false);
-    if open.is_empty() { open } else { format!("{}: {open} not written: not decided\n", path.display()) }
+    if open.is_empty() { open } else { format!("{open} not written to {}: not decided\n", path.display()) }
 }
 
 /// Where the numbers come from, short enough for a line of the model.

@@ -1,8 +1,8 @@
 //! Arguments that several commands share, and the files behind them.
 
 use crate::error::Error;
-use crate::model::Model;
-use crate::recording::{Map, ReadOptions, Session, read};
+use crate::model::{Editor, Model, SpaceModel};
+use crate::recording::{Kind, Map, ReadOptions, Session, read};
 use clap::Args;
 use rayon::prelude::*;
 use sim_core::effect::Catalog;
@@ -40,14 +40,14 @@ impl Reading {
 
     /// Reads recordings, in the order given; of several errors the first in that order counts.
     pub fn sessions(&self, paths: &[PathBuf], console: &Console<'_>) -> Result<Vec<Session>, Error> {
-        let options = self.options()?;
-        let progress = console.progress();
-        let read_one = |path: &PathBuf| {
-            progress.say(&format!("reading {}", path.display()));
-            read(path, &options)
-        };
-        let results: Vec<Result<Session, Error>> = paths.par_iter().map(read_one).collect();
-        results.into_iter().collect()
+        read_all(paths, &self.options()?, console)
+    }
+
+    /// The same for a command that does not ask what was done in a recording: none needs to say it.
+    pub fn sessions_as(&self, kind: Kind, paths: &[PathBuf], console: &Console<'_>) -> Result<Vec<Session>, Error> {
+        let mut options = self.options()?;
+        options.map.kind.get_or_insert(kind);
+        read_all(paths, &options, console)
     }
 
     /// The same for a command that works along one axis.
@@ -56,6 +56,16 @@ impl Reading {
         sessions.iter().try_for_each(Session::along_one_axis)?;
         Ok(sessions)
     }
+}
+
+fn read_all(paths: &[PathBuf], options: &ReadOptions, console: &Console<'_>) -> Result<Vec<Session>, Error> {
+    let progress = console.progress();
+    let read_one = |path: &PathBuf| {
+        progress.say(&format!("reading {}", path.display()));
+        read(path, options)
+    };
+    let results: Vec<Result<Session, Error>> = paths.par_iter().map(read_one).collect();
+    results.into_iter().collect()
 }
 
 /// A seed as it is typed.
@@ -70,7 +80,7 @@ pub struct Outputs {
     /// Save the numbers as JSON; `-` prints them instead of the text.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
-    /// Save a report page: one file, no network.
+    /// Save a report page: one file, no network; `-` prints it instead of the text.
     #[arg(long, value_name = "FILE.html")]
     pub report: Option<PathBuf>,
 }
@@ -82,6 +92,7 @@ impl Outputs {
             self.json.iter().chain(&self.report).filter(|path| *path != Path::new("-")).collect();
         files.iter().try_for_each(|path| writable(path))?;
         files.iter().try_for_each(|path| not_read(path, read.clone()))?;
+        one_on_stdout(self.json.iter().chain(&self.report))?;
         match (&self.json, &self.report) {
             (Some(json), Some(report)) if same_file(json, report) => Err(named_twice(report)),
             _ => Ok(()),
@@ -96,9 +107,19 @@ impl Outputs {
         }
     }
 
-    /// Whether standard output is for the JSON, and not for the text.
-    pub fn json_only(&self) -> bool {
-        self.json.as_deref() == Some(Path::new("-"))
+    /// Whether standard output is for one of the results, and not for the text.
+    pub fn takes_stdout(&self) -> bool {
+        self.json.iter().chain(&self.report).any(|path| path == Path::new("-"))
+    }
+}
+
+/// Refuses a second result on standard output: nobody could tell where one ends and the other begins.
+pub fn one_on_stdout<'p>(written: impl IntoIterator<Item = &'p PathBuf>) -> Result<(), Error> {
+    match written.into_iter().filter(|path| *path == Path::new("-")).count() {
+        0 | 1 => Ok(()),
+        _ => Err(Error::new("only one result can go to standard output")
+            .place("argument -")
+            .help("name a file for each of the others")),
     }
 }
 
@@ -163,6 +184,19 @@ pub fn model_text(path: &Path) -> Result<String, Error> {
 /// The model, checked.
 pub fn model(path: &Path, catalog: &Catalog<Axis>) -> Result<Model, Error> {
     Model::read(path, catalog)
+}
+
+/// The model to write to, for a command whose result belongs to a model along one axis.
+pub fn editor_along(path: &Path, catalog: &Catalog<Axis>) -> Result<Editor, Error> {
+    Editor::open(path, catalog).map_err(|error| {
+        let is_space = std::fs::read_to_string(path).is_ok_and(|text| SpaceModel::is_meant(&text));
+        if !is_space {
+            return error;
+        }
+        let help = "name a model of the same cell along one axis: rig = \"docking\", as dockhil model init writes it; or leave \
+                    --model out and read the numbers";
+        Error { help: Some(help.to_owned()), ..error }
+    })
 }
 
 /// The model as its loop runs, with what was identified of its robot.

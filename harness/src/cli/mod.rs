@@ -4,6 +4,7 @@
 //! [`run`] takes its arguments and its writers, so that a test calls it as a shell would.
 
 mod calibrate;
+mod cell;
 mod compare;
 mod console;
 mod demo;
@@ -21,10 +22,12 @@ mod recorded;
 mod replay;
 mod run;
 mod stability;
+mod test;
 
 pub use console::{Console, Look};
 pub use outcome::Exit;
 pub use progress::Progress;
+pub use test::in_process;
 
 use crate::error::Error;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
@@ -71,6 +74,10 @@ enum Command {
     Calibrate(calibrate::Arguments),
     /// Identify what lies between a robot's command and its pose.
     Identify(identify::Arguments),
+    /// Be a cell: robot controllers, sensor and facility on real sockets, in virtual or in real time.
+    Cell(cell::Arguments),
+    /// Test a controller against the virtual cell.
+    Test(test::Arguments),
     /// Record a real cell: robots, sensor, clocks and everything unusual.
     Record(record::Arguments),
     /// Make a session of what another program recorded.
@@ -160,6 +167,8 @@ impl Command {
             Command::Stability(arguments) => arguments.run(catalog, console),
             Command::Calibrate(arguments) => arguments.run(catalog, console),
             Command::Identify(arguments) => arguments.run(catalog, console),
+            Command::Cell(arguments) => arguments.run(catalog, console),
+            Command::Test(arguments) => arguments.run(catalog, console),
             Command::Record(arguments) => arguments.run(catalog, console),
             Command::Import(arguments) => arguments.run(catalog, console),
             Command::Demo(arguments) => arguments.run(catalog, console),

@@ -7,8 +7,11 @@ use crate::error::Error;
 use crate::files::write_whole;
 use crate::model::{self, Model, RigKind, SpaceModel};
 use crate::recording::{Map, read};
+use crate::report::story::words::number;
+use crate::stability::{Subject, assess, assess_space};
 use clap::{Args, Subcommand};
 use sim_core::effect::Catalog;
+use sim_core::refusal::plain;
 use sim_core::space::Axis;
 use std::path::PathBuf;
 
@@ -25,7 +28,7 @@ enum Verb {
     Init(Init),
     /// Print the JSON schema of model files; editors complete and check with it.
     Schema(Schema),
-    /// Read a model, report its first mistake, run nothing.
+    /// Read a model, report its first mistake, and warn of a loop whose stability cannot be told.
     Check(Check),
 }
 
@@ -76,12 +79,18 @@ impl Arguments {
             Verb::Check(check) => {
                 let text = std::fs::read_to_string(&check.model).unwrap_or_default();
                 let name = check.model.display();
-                let short = if SpaceModel::is_meant(&text) {
-                    in_short_space(&SpaceModel::parse(&name.to_string(), &text, catalog)?)
+                let (short, untold) = if SpaceModel::is_meant(&text) {
+                    let model = SpaceModel::parse(&name.to_string(), &text, catalog)?;
+                    (in_short_space(&model), assess_space(&model).err())
                 } else {
-                    in_short(&inputs::model(&check.model, catalog)?)
+                    let model = inputs::model(&check.model, catalog)?;
+                    (in_short(&model), untold(model, catalog))
                 };
                 console.print(&format!("{name}: {short}\n"));
+                if let Some(error) = untold {
+                    console
+                        .say(&format!("warning: {name}: the stability of its loop cannot be told: {}\n", error.what));
+                }
             }
         }
         Ok(Exit::Pass)
@@ -104,12 +113,22 @@ impl Init {
     }
 }
 
+/// Why nobody can say whether the loop of a docking cell is stable.
+fn untold(model: Model, catalog: &Catalog<Axis>) -> Option<Error> {
+    if model.rig == RigKind::Drive {
+        return None;
+    }
+    let answer = model.with_identified_robot().and_then(|model| assess(&Subject::of_model(model, catalog)?));
+    answer.err()
+}
+
 fn in_short_space(model: &SpaceModel) -> String {
     format!(
-        "docking cell with six axes, {:.4} kg reduced along its axis, {} N/m, {} N s/m, effects: {}",
-        model.reduced_mass_kg(),
-        model.contact.stiffness_n_per_m,
-        model.contact.damping_n_s_per_m,
+        "docking cell with six axes, {} kg reduced along its axis, {} N/m, {} N s/m, effects: {}",
+        // As many digits as a mass is known to; the others are kept as they were typed.
+        number(model.reduced_mass_kg()),
+        plain(model.contact.stiffness_n_per_m),
+        plain(model.contact.damping_n_s_per_m),
         model.effects.len()
     )
 }
@@ -122,9 +141,10 @@ fn in_short(model: &Model) -> String {
     };
     let (mass, contact) = (model.plant.mass_kg, &model.contact);
     format!(
-        "{rig}, {mass} kg, {} N/m, {} N s/m, effects: {enabled} enabled of {}",
-        contact.stiffness_n_per_m,
-        contact.damping_n_s_per_m,
+        "{rig}, {} kg, {} N/m, {} N s/m, effects: {enabled} enabled of {}",
+        plain(mass),
+        plain(contact.stiffness_n_per_m),
+        plain(contact.damping_n_s_per_m),
         model.effects.len()
     )
 }

@@ -5,7 +5,7 @@ use super::inputs::{self, Outputs, Reading};
 use super::outcome::Exit;
 use super::run::{did_nothing, exit};
 use crate::error::Error;
-use crate::files::{sha256_hex, write_whole};
+use crate::files::sha256_hex;
 use crate::model::{Chosen, DELAY_HELP, EffectText, Model, check_delays, delays};
 use crate::recording::{Grade, Kind, Luggage, Session, luggage};
 use crate::replay::{Clamp, Earlier, Own, REPLAY_RECORD, Replayed, Request, page, replay};
@@ -118,7 +118,7 @@ impl Arguments {
         provenance.extend(written.as_ref().map(|(path, _, what)| (path.display().to_string(), what.clone())));
         let page = page::page(&request, &replayed, &verdicts, &console.command, &provenance);
         if let Some((path, bytes, _)) = &written {
-            write_whole(path, bytes)?;
+            console.write(path, bytes)?;
         }
         if let Some(path) = &self.outputs.json {
             console.save(path, &format!("{:#}\n", self.answer(&request, &read, &replayed, &verdicts)))?;
@@ -126,7 +126,7 @@ impl Arguments {
         if let Some(path) = &self.outputs.report {
             console.save(path, &html(&page))?;
         }
-        if !self.outputs.json_only() {
+        if !self.outputs.takes_stdout() {
             console.print(&text(&page, TEXT_WIDTH));
         }
         Ok(if replayed.diverged(&request).is_some() { Exit::Diverged } else { exit(&verdicts) })
@@ -222,11 +222,11 @@ impl Arguments {
         let (what, help) = match grade {
             Grade::B => (
                 "is cut off: what a run was made from stands at the end of its recording, and is lost",
-                "copy the file again, or give the model: --model MODEL.toml",
+                "give the model, --model MODEL.toml, to replay what is left; or copy the file again, if the original is whole",
             ),
             Grade::C => (
                 "is damaged: what it was made from cannot be read",
-                "copy the file again, or give the model: --model MODEL.toml",
+                "give the model, --model MODEL.toml, to replay what is left; or copy the file again, if the original is whole",
             ),
             Grade::A | Grade::D => (
                 "the recording does not hold its model",

@@ -62,7 +62,7 @@ impl Arguments {
         let written = self.output.as_ref().map(|path| (path.display().to_string(), format!("sha256 {sha256}")));
         let page = page::page(&ran, &console.command, &written.clone().into_iter().collect::<Vec<_>>());
         if let Some(path) = &self.output {
-            write_whole(path, &bytes)?;
+            console.write(path, &bytes)?;
         }
         if let Some(path) = &self.outputs.json {
             let mut answer = ran.answer();
@@ -72,7 +72,7 @@ impl Arguments {
         if let Some(path) = &self.outputs.report {
             console.save(path, &html(&page))?;
         }
-        if !self.outputs.json_only() {
+        if !self.outputs.takes_stdout() {
             console.print(&text(&page, TEXT_WIDTH));
         }
         Ok(exit(&ran.verdicts))

@@ -6,8 +6,9 @@ use super::outcome::Exit;
 use crate::error::Error;
 use crate::model::SpaceModel;
 use crate::report::{TEXT_WIDTH, html, story, text};
-use crate::stability::{Domain, OneDelay, Subject, assess, assess_space, sides};
+use crate::stability::{Answer, Domain, OneDelay, SpaceAnswer, Subject, assess, assess_space, sides};
 use clap::Args;
+use serde::Serialize;
 use sim_core::effect::Catalog;
 use sim_core::space::Axis;
 use std::path::PathBuf;
@@ -40,6 +41,14 @@ pub struct Arguments {
     outputs: Outputs,
 }
 
+/// The answer for a loop along one axis, or for a cell with six.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Answered {
+    Along(Box<Answer>),
+    Space(SpaceAnswer),
+}
+
 impl Arguments {
     /// Does what was asked for. Exit 1 for an unstable loop.
     pub fn run(&self, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Exit, Error> {
@@ -48,17 +57,18 @@ impl Arguments {
             inputs::writable(path)?;
             inputs::not_read(path, self.model.iter().chain(&self.outputs.json).chain(&self.outputs.report))?;
         }
+        inputs::one_on_stdout(self.outputs.json.iter().chain(&self.outputs.report).chain(&self.sweep))?;
         if self.chart.is_some() && self.outputs.report.is_none() && self.sweep.is_none() {
             return Err(Error::new("a chart needs a page to stand on, or a file for its data")
                 .place("--chart")
                 .help("add --report FILE.html, or --sweep FILE.csv"));
         }
-        if let Some(model) = self.space_model(catalog)? {
-            return self.run_space(&model, console);
-        }
         let subject = self.subject(catalog)?;
-        let answer = assess(&subject)?;
         let sides = self.chart.as_ref().map(|chart| sides(chart, &subject)).transpose()?;
+        let answer = match &subject {
+            Subject::Space(model) => Answered::Space(assess_space(model)?),
+            along => Answered::Along(Box::new(assess(along)?)),
+        };
         let progress = console.progress();
         progress.say("looking at the domain");
         let domain = sides.clone().filter(|_| self.outputs.report.is_some());
@@ -66,7 +76,15 @@ impl Arguments {
         let sweep = sides.filter(|_| self.sweep.is_some()).map(|(x, y)| Domain::sweep(&subject, &x, &y));
         drop(progress);
         let (title, provenance) = self.about()?;
-        let page = story::stability_page(&title, &answer, domain.as_ref(), &console.command, &provenance);
+        let (page, stable) = match &answer {
+            Answered::Along(answer) => {
+                (story::stability_page(&title, answer, domain.as_ref(), &console.command, &provenance), answer.stable)
+            }
+            Answered::Space(answer) => {
+                let page = story::stability_space_page(&title, answer, domain.as_ref(), &console.command, &provenance);
+                (page, Some(answer.stable))
+            }
+        };
         if let Some(path) = &self.outputs.json {
             console.save(path, &format!("{:#}\n", serde_json::json!(answer)))?;
         }
@@ -76,10 +94,10 @@ impl Arguments {
         if let (Some(path), Some(sweep)) = (&self.sweep, &sweep) {
             console.save(path, sweep)?;
         }
-        if !self.outputs.json_only() && self.sweep.as_ref().is_none_or(|path| path.as_os_str() != "-") {
+        if !self.outputs.takes_stdout() && self.sweep.as_ref().is_none_or(|path| path.as_os_str() != "-") {
             console.print(&text(&page, TEXT_WIDTH));
         }
-        Ok(if answer.stable == Some(false) { Exit::Failed } else { Exit::Pass })
+        Ok(if stable == Some(false) { Exit::Failed } else { Exit::Pass })
     }
 
     /// The model, if it is one with six axes.
@@ -90,33 +108,12 @@ impl Arguments {
         is_meant.then(|| SpaceModel::parse(&path.display().to_string(), &text, catalog)).transpose()
     }
 
-    fn run_space(&self, model: &SpaceModel, console: &mut Console<'_>) -> Result<Exit, Error> {
-        if self.chart.is_some() {
-            return Err(Error::new("a model with six axes has no chart")
-                .place("--chart")
-                .help("draw the domain of the axis of approach from a model with rig = \"docking\""));
-        }
-        let progress = console.progress();
-        progress.say("finding the characteristic roots");
-        let answer = assess_space(model)?;
-        drop(progress);
-        let (title, provenance) = self.about()?;
-        let page = story::stability_space_page(&title, &answer, &console.command, &provenance);
-        if let Some(path) = &self.outputs.json {
-            console.save(path, &format!("{:#}\n", serde_json::json!(answer)))?;
-        }
-        if let Some(path) = &self.outputs.report {
-            console.save(path, &html(&page))?;
-        }
-        if !self.outputs.json_only() {
-            console.print(&text(&page, TEXT_WIDTH));
-        }
-        Ok(if answer.stable { Exit::Pass } else { Exit::Failed })
-    }
-
     fn subject(&self, catalog: &Catalog<Axis>) -> Result<Subject, Error> {
         match (&self.model, self.mass_kg, self.stiffness_n_per_m, self.damping_n_s_per_m) {
             (Some(path), ..) => {
+                if let Some(model) = self.space_model(catalog)? {
+                    return Ok(Subject::Space(Box::new(model)));
+                }
                 let model = inputs::running_model(path, catalog)?;
                 Subject::of_model(model, catalog).map_err(|error| error.file(path))
             }

@@ -95,6 +95,7 @@ fn examined(shared: &Shared<'_>, index: usize) -> Software {
         }
         _ => Software {
             closure_m: None,
+            rounding_m: 0.0,
             closure_found_m: None,
             clock_offset_s: 0.0,
             mass_ratio: 1.0,

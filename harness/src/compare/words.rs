@@ -16,8 +16,12 @@ pub fn software(software: &Software) -> String {
         return "no contact with the loop closed: the software block says nothing here".into();
     };
     if software.closes() {
+        let allowed = match software.rounding_m {
+            rounding_m if rounding_m > 0.0 => format!(", and their rounding allows {rounding_m:.1e} m"),
+            _ => String::new(),
+        };
         return format!(
-            "our software, recomputed from the recorded force, gives the recorded commands to {closure_m:.1e} m"
+            "our software, recomputed from the recorded force, gives the recorded commands to {closure_m:.1e} m{allowed}"
         );
     }
     let mut named = Vec::new();

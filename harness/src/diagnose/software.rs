@@ -32,7 +32,10 @@ pub struct Software {
     /// Largest difference between recorded and recomputed command, as the model stands, in m; `None` where nothing closes the
     /// loop (no satellites).
     pub closure_m: Option<f64>,
-    /// The same with what was found below.
+    /// What the rounding of the recorded commands on their wire allows, in m: the first two of them say how fast the satellites were.
+    #[serde(skip)]
+    pub rounding_m: f64,
+    /// The same as `closure_m`, with what was found below.
     pub closure_found_m: Option<f64>,
     /// By how much the force's stamps are late against the robot's, in s, if another sample than the tick's own was used.
     pub clock_offset_s: f64,
@@ -47,12 +50,12 @@ pub struct Software {
 impl Software {
     /// Whether our own software, as the model describes it, made this recording.
     pub fn closes(&self) -> bool {
-        self.closure_m.is_none_or(|closure_m| closure_m < CLOSED_M)
+        self.closure_m.is_none_or(|closure_m| closure_m < CLOSED_M + self.rounding_m)
     }
 
     /// Whether it does with what was found.
     pub fn explained(&self) -> bool {
-        self.closes() || self.closure_found_m.is_some_and(|closure_m| closure_m < CLOSED_M)
+        self.closes() || self.closure_found_m.is_some_and(|closure_m| closure_m < CLOSED_M + self.rounding_m)
     }
 }
 
@@ -195,6 +198,8 @@ fn left_over(balances: &[Balance]) -> (f64, f64, f64) {
 pub fn examine(model: &Model, case: &Case, effects: &[Chosen], delay: &Chosen) -> Software {
     let mut software = Software {
         closure_m: None,
+        // Half a step each way at both ends, and a whole one more with each tick that the first two commands lead on.
+        rounding_m: case.command_quantum_m * (case.commanded.len() as f64 + 1.0),
         closure_found_m: None,
         clock_offset_s: 0.0,
         mass_ratio: 1.0,

@@ -124,10 +124,30 @@ fn excited_lines(excited: &Excited) -> Vec<String> {
     if excited.lines.is_empty() || !is_known {
         return lines;
     }
-    lines.push(format!("  {:>10} {:>20} {:>20}", "Hz", "gain", "delay"));
-    for [frequency_hz, _, gain, gain_sd, delay_s, delay_sd] in &excited.lines {
-        let (gain, delay) = (value_with_sd(*gain, *gain_sd, "1"), value_with_sd(*delay_s, *delay_sd, "s"));
-        lines.push(format!("  {:>10} {gain:>20} {delay:>20}", figures(*frequency_hz, 4)));
-    }
+    let mut rows = vec![["Hz", "gain", "delay"].map(str::to_owned)];
+    rows.extend(excited.lines.iter().map(|[frequency_hz, _, gain, gain_sd, delay_s, delay_sd]| {
+        [figures(*frequency_hz, 4), value_with_sd(*gain, *gain_sd, "1"), value_with_sd(*delay_s, *delay_sd, "s")]
+    }));
+    lines.extend(columns(&rows));
     lines
+}
+
+/// Rows as lines, every column as wide as its widest cell.
+fn columns(rows: &[[String; 3]]) -> impl Iterator<Item = String> {
+    let width = |nth: usize| rows.iter().map(|row| row[nth].chars().count()).max().unwrap_or_default();
+    let [first, second, third] = [0, 1, 2].map(width);
+    rows.iter().map(move |[a, b, c]| format!("  {a:>first$}   {b:>second$}   {c:>third$}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::columns;
+
+    #[test]
+    fn a_long_cell_moves_no_other() {
+        let rows = [["Hz", "gain", "delay"], ["1.500", "1.000, sd below its last digit", "16.0 ± 0.2 ms"]];
+        let lines: Vec<String> = columns(&rows.map(|row| row.map(str::to_owned))).collect();
+        assert_eq!(lines[0], "     Hz                             gain           delay");
+        assert_eq!(lines[1], "  1.500   1.000, sd below its last digit   16.0 ± 0.2 ms");
+    }
 }

@@ -1,11 +1,12 @@
 //! What a number of a model may be.
 
 use super::effects::{DELAY_HELP, List, check_delays, check_effects, delays};
-use super::{CalibrationModel, Model, RigKind, RobotModel, TimingModel, place};
+use super::{CalibrationModel, LawModel, Model, RigKind, RobotModel, TimingModel, place};
 use crate::error::Error;
 use serde::de::DeserializeOwned;
 use sim_core::compensator::DelayCompensation;
 use sim_core::effect::Catalog;
+use sim_core::refusal::plain;
 use sim_core::space::Axis;
 
 /// Longest time of a model: a longer one is a millisecond taken for a second.
@@ -95,7 +96,10 @@ impl Model {
     pub(super) fn check(&self, name: &str, text: &str, catalog: &Catalog<Axis>) -> Result<(), Error> {
         let refuse = |key: &str, value: f64, limit: &str, help: &str| {
             let span = place::of_key(text, key);
-            Err(Error::new(format!("{key} = {value} {limit}")).file(name).span(text, span).help(help.to_string()))
+            Err(Error::new(format!("{key} = {} {limit}", plain(value)))
+                .file(name)
+                .span(text, span)
+                .help(help.to_string()))
         };
         if self.schema != 1 {
             return refuse("schema", f64::from(self.schema), "is not 1, the only version there is", "set schema = 1");
@@ -114,7 +118,7 @@ impl Model {
             }
             let upper = if key.starts_with("timing.") { TIME_MAX_S } else { f64::MAX };
             if value.abs() > upper {
-                let limit = format!("is above {upper}");
+                let limit = format!("is above {}", plain(upper));
                 return refuse(key, value, &limit, "give the value in the unit of the key");
             }
         }
@@ -174,6 +178,8 @@ impl Model {
     fn numbers(&self) -> [(&'static str, f64, Sign); 21] {
         let (contact, timing, sensor) = (&self.contact, &self.timing, &self.sensor);
         let (software, scatter) = (&self.virtual_contact, &self.repeatability);
+        // A spring preloaded too far pushes apart: unstable, and answered. The other laws have no such form.
+        let stiffness = if contact.law == LawModel::SpringDashpot { Sign::Any } else { Sign::NotNegative };
         [
             ("plant.mass_kg", self.plant.mass_kg, Sign::Positive),
             ("timing.loop_period_s", timing.loop_period_s, Sign::Positive),
@@ -181,7 +187,7 @@ impl Model {
             ("timing.physics_step_s", timing.physics_step_s, Sign::Positive),
             ("timing.command_delay_s", timing.command_delay_s, Sign::NotNegative),
             ("timing.measurement_delay_s", timing.measurement_delay_s, Sign::NotNegative),
-            ("contact.stiffness_n_per_m", contact.stiffness_n_per_m, Sign::NotNegative),
+            ("contact.stiffness_n_per_m", contact.stiffness_n_per_m, stiffness),
             ("contact.damping_n_s_per_m", contact.damping_n_s_per_m, Sign::Any),
             ("contact.offset_n", contact.offset_n, Sign::Any),
             ("virtual_contact.stiffness_n_per_m", software.stiffness_n_per_m, Sign::Any),

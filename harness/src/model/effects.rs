@@ -3,6 +3,7 @@
 use super::{EffectModel, RigKind, TimingModel, place};
 use crate::error::Error;
 use sim_core::effect::{Catalog, Where};
+use sim_core::refusal::plain;
 use sim_core::space::Axis;
 
 /// The tables `[[effect]]` of a file.
@@ -57,8 +58,13 @@ fn check_effect(list: &List<'_>, nth: usize) -> Result<(), Error> {
         };
         if !(value >= param.lower && value <= param.upper) {
             let what = format!(
-                "{}.{} = {value} {} is outside [{}, {}]",
-                effect.id, param.name, param.unit, param.lower, param.upper
+                "{}.{} = {} {} is outside [{}, {}]",
+                effect.id,
+                param.name,
+                plain(value),
+                param.unit,
+                plain(param.lower),
+                plain(param.upper)
             );
             return at(what, Some(&param.name), "give a value inside, or remove the effect".into());
         }

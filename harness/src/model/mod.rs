@@ -274,6 +274,7 @@ impl Model {
                 .span(text, span)
                 .help("run it as a scenario: dockhil run; ask about its loop: dockhil stability MODEL.toml"));
         }
+        check_rig(name, text)?;
         let model: Model = parsed(name, text, "dockhil model schema")?;
         model.check(name, text, catalog)?;
         Ok(model)
@@ -283,6 +284,19 @@ impl Model {
     pub fn chosen(&self, catalog: &Catalog<Axis>) -> Vec<Chosen> {
         let enabled = self.effects.iter().filter(|effect| effect.enabled);
         enabled.filter_map(|effect| catalog.get(&effect.id).map(|kind| effect.chosen(kind))).collect()
+    }
+}
+
+/// Refuses a rig of no kind with all kinds that there are: the parser knows those along one axis alone.
+fn check_rig(name: &str, text: &str) -> Result<(), Error> {
+    let table = toml::from_str::<toml::Table>(text).unwrap_or_default();
+    let Some(rig) = table.get("rig").and_then(toml::Value::as_str) else { return Ok(()) };
+    match rig {
+        "docking" | "docking-space" | "drive" => Ok(()),
+        _ => Err(Error::new(format!("unknown rig `{rig}`, expected `docking`, `docking-space` or `drive`"))
+            .file(name)
+            .span(text, place::of_key(text, "rig"))
+            .help("docking runs along one axis, docking-space with six; a drive is an axis that a known force drives")),
     }
 }
 

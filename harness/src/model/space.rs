@@ -211,7 +211,7 @@ impl SpaceModel {
         let at = |table: &'static str| move |refusal: Refusal| (table, refusal);
         self.chaser.body().map_err(at("chaser"))?;
         self.target.as_ref().map(BodyModel::body).transpose().map_err(at("target"))?;
-        self.plant().map_err(at("chaser"))?;
+        self.plant().map_err(of_interface)?;
         self.law().map_err(at("contact"))?;
         self.compensator().check().map_err(at("virtual_contact"))?;
         self.cone().map_err(at("geometry"))?;
@@ -326,6 +326,18 @@ impl BodyModel {
     fn body(&self) -> Result<Body, Refusal> {
         Body::new(self.mass_kg, self.inertia())
     }
+}
+
+/// The table and the key of a file that a refusal of the two bodies is about.
+fn of_interface(refusal: Refusal) -> (&'static str, Refusal) {
+    let (table, name) = match refusal.name {
+        "probe.position_m" => ("chaser", "interface_m"),
+        "probe.attitude" => ("chaser", "interface_turn_rad"),
+        "nozzle.position_m" => ("target", "interface_m"),
+        "nozzle.attitude" => ("target", "interface_turn_rad"),
+        name => ("chaser", name),
+    };
+    (table, Refusal { name, unit: if name == "interface_turn_rad" { "rad" } else { refusal.unit }, ..refusal })
 }
 
 /// Three numbers of a file.

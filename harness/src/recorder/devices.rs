@@ -123,14 +123,14 @@ impl Devices {
         let mut is_fresh = false;
         for document in documents {
             match way {
-                Way::FromRobot => is_fresh |= self.take_frame(robot, at, document),
-                Way::ToRobot => self.take_reply(robot, at, document),
+                Way::FromRobot => is_fresh |= self.heard_from_robot(robot, at, document),
+                Way::ToRobot => self.heard_for_robot(robot, at, document),
             }
         }
         is_fresh
     }
 
-    fn take_frame(&mut self, robot: usize, at: Nanos, document: Result<Vec<u8>, Malformed>) -> bool {
+    fn heard_from_robot(&mut self, robot: usize, at: Nanos, document: Result<Vec<u8>, Malformed>) -> bool {
         let (mut events, host) = (Vec::new(), &mut self.hosts[robot]);
         let frame = match document {
             Ok(document) => host.receive(at, &document, &mut events),
@@ -145,7 +145,7 @@ impl Devices {
         is_fresh
     }
 
-    fn take_reply(&mut self, robot: usize, at: Nanos, document: Result<Vec<u8>, Malformed>) {
+    fn heard_for_robot(&mut self, robot: usize, at: Nanos, document: Result<Vec<u8>, Malformed>) {
         let name = self.names[robot].clone();
         let mut event = |class, text| self.notes.push(Note::Event(at, name.clone(), class, text));
         match document.and_then(|document| Telegram::decode(&document)) {

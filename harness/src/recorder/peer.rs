@@ -36,7 +36,7 @@ impl SensorLink {
                 Ok(SensorLink::Udp(Box::new(endpoint)))
             }
             // A serial line is reached through a box that makes a stream of it.
-            Transport::Tcp | Transport::Serial => {
+            Transport::Stream => {
                 let help = "switch the sensor on, and check its address in the cell";
                 let connection = Connection::connect(address, CONNECT);
                 connection.map(Box::new).map(SensorLink::Tcp).map_err(|error| Error::new(error.to_string()).help(help))

@@ -32,5 +32,5 @@ pub fn session_record(
 /// # Errors
 /// When its settings cannot be used.
 pub fn sensor_transport(cell: &Cell) -> Result<Transport, Error> {
-    Ok(super::devices::settings(cell)?.protocol.transport())
+    Ok(super::devices::settings(cell)?.transport())
 }

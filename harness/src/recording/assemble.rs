@@ -170,7 +170,7 @@ fn kind(map: &Map, believed: &BTreeMap<String, String>, guess: Kind, report: &mu
     }
     let known = Kind::ALL.map(Kind::id).join(", ");
     let place = "metadata record `session`";
-    let help = "say it in the map given with --map: kind = \"impact\"";
+    let help = format!("say it in the map given with --map: kind = \"{}\"", guess.id());
     match believed.get("kind") {
         Some(text) => Kind::ALL
             .into_iter()

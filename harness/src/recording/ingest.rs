@@ -239,7 +239,8 @@ fn read_damaged(
         let what = format!("is cut off at byte {at}, before its first complete message: nothing can be recovered");
         return Err(Error::new(what)
             .file(&origin.file)
-            .help("copy the file again; a recorder that was killed loses its last chunk"));
+            .help("copy the file again from where it was recorded; if it ends there too, the recorder was killed before it wrote \
+                   anything, and --salvage has nothing to read: record it again"));
     }
     let mut report = Report::default();
     if let Some(at) = found.cut_at {

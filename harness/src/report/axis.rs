@@ -2,6 +2,12 @@
 
 use std::fmt::Write as _;
 
+/// Numbers of this size, and of more decimals than these, would not fit beside an axis: they get an exponent.
+const LONG: f64 = 1e7;
+const DECIMALS_MAX: usize = 5;
+/// Keeps a power of ten that was computed from falling below itself.
+const ALMOST: f64 = 1.0 + 1e-9;
+
 /// A linear map from values to drawing units.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Axis {
@@ -38,12 +44,13 @@ impl Axis {
     pub fn ticks(&self, spacing: f64) -> Vec<(f64, String)> {
         let count = ((self.to - self.from).abs() / spacing).max(1.0);
         let (step, decimals) = round_step((self.high - self.low) / count);
+        let is_long = self.low.abs().max(self.high.abs()) >= LONG || decimals > DECIMALS_MAX;
         let first = libm::ceil(self.low / step);
         let last = libm::floor(self.high / step);
         let mut ticks = Vec::new();
         let mut index = first;
         while index <= last && ticks.len() < 100 {
-            ticks.push((index * step, fixed(index * step, decimals)));
+            ticks.push((index * step, if is_long { short(index * step, step) } else { fixed(index * step, decimals) }));
             index += 1.0;
         }
         ticks
@@ -60,6 +67,15 @@ fn round_step(least: f64) -> (f64, usize) {
         1.0
     });
     (factor * power, (-exponent).clamp(0.0, 12.0) as usize)
+}
+
+/// A tick with an exponent, and as many digits as tell it from the next one.
+fn short(value: f64, step: f64) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let digits = libm::floor(libm::log10(value.abs() * ALMOST)) - libm::floor(libm::log10(step * ALMOST));
+    format!("{value:.*e}", digits.clamp(0.0, 12.0) as usize)
 }
 
 /// A number with fixed decimals, never `-0`.
@@ -159,5 +175,11 @@ mod tests {
         let axis = Axis { low: -0.13, high: 1.01, from: 0.0, to: 400.0 };
         let texts: Vec<String> = axis.ticks(80.0).into_iter().map(|tick| tick.1).collect();
         assert_eq!(texts, ["0.0", "0.5", "1.0"]);
+        let axis = Axis { low: 0.0, high: 2.4e9, from: 0.0, to: 400.0 };
+        let texts: Vec<String> = axis.ticks(80.0).into_iter().map(|tick| tick.1).collect();
+        assert_eq!(texts, ["0", "5e8", "1.0e9", "1.5e9", "2.0e9"]);
+        let axis = Axis { low: 0.0, high: 3e-6, from: 0.0, to: 240.0 };
+        let texts: Vec<String> = axis.ticks(80.0).into_iter().map(|tick| tick.1).collect();
+        assert_eq!(texts, ["0", "1e-6", "2e-6", "3e-6"]);
     }
 }

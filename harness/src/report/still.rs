@@ -8,9 +8,12 @@ use super::page::{Curve, Panel, PlotGroup, Role};
 /// Width of the drawing. At 900 a text of 13 units is 7.6 pt on A4 and still small on a screen.
 pub(super) const WIDTH: f64 = 900.0;
 const LEFT: f64 = 70.0;
-const RIGHT: f64 = 10.0;
+const RIGHT: f64 = MARGIN;
 const TOP: f64 = 8.0;
 const BOTTOM: f64 = 24.0;
+/// Width of a digit of the axes' numbers, and what lies right of every drawing at least.
+const DIGIT: f64 = 7.5;
+const MARGIN: f64 = 10.0;
 const LABEL_ROW: f64 = 20.0;
 /// Groups of samples per curve; each gives a minimum and a maximum, together about 600 points.
 const BUCKETS: usize = 300;
@@ -84,7 +87,10 @@ pub(super) fn frame(x: &Axis, y: &Axis) -> String {
         let at = x.at(value);
         let line = format!(r#"<path d="M{} {}V{}"/>"#, xy(at), xy(y.from), xy(y.to));
         svg.push_str(&line);
-        svg.push_str(&format!(r#"<text x="{}" y="{}" class="mid">{text}</text>"#, xy(at), xy(y.from + 16.0)));
+        // A text that would leave the drawing ends at its edge.
+        let half = 0.5 * DIGIT * text.chars().count() as f64;
+        let (at, class) = if at + half > x.to + MARGIN { (x.to + MARGIN, "end") } else { (at, "mid") };
+        svg.push_str(&format!(r#"<text x="{}" y="{}" class="{class}">{text}</text>"#, xy(at), xy(y.from + 16.0)));
     }
     svg.push_str("</g>");
     svg

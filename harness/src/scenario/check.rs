@@ -6,6 +6,7 @@ use crate::model::{
     DELAY_HELP, EffectModel, List, Model, RigKind, TimingModel, check_delays, check_effects, delays, place,
 };
 use sim_core::effect::Catalog;
+use sim_core::refusal::plain;
 use sim_core::signals::Wire;
 use sim_core::space::Axis;
 
@@ -54,7 +55,7 @@ impl Scenario {
         ];
         for (key, components, limit, unit) in limits {
             if let Some(value) = components.vector().into_iter().find(|value| value.is_nan() || value.abs() > limit) {
-                let what = format!("{key} = {value} {unit} is outside [-{limit}, {limit}]");
+                let what = format!("{key} = {} {unit} is outside [-{limit}, {limit}]", plain(value));
                 return refuse(key, what, "give the value in the unit of the key");
             }
         }
@@ -67,7 +68,7 @@ impl Scenario {
         for (key, vector, limit, unit) in vectors {
             let wrong = |value: &f64| value.is_nan() || value.abs() > limit;
             if let Some(value) = vector.into_iter().flatten().find(wrong) {
-                let what = format!("{key} = {value} {unit} is outside [-{limit}, {limit}]");
+                let what = format!("{key} = {} {unit} is outside [-{limit}, {limit}]", plain(value));
                 return refuse(key, what, "give the value in the unit of the key");
             }
         }
@@ -88,7 +89,7 @@ impl Scenario {
         let limit = self.duration_s;
         for (key, value) in [("from_s", *from_s), ("until_s", *until_s)] {
             if let Some(value) = value.filter(|value| !(*value >= 0.0 && *value <= limit)) {
-                let what = format!("{}.{key} = {value} s is outside [0, {limit}]", effect.id);
+                let what = format!("{}.{key} = {} s is outside [0, {limit}]", effect.id, plain(value));
                 return refuse(key, what, "give a time within the run, in seconds from its beginning".into());
             }
         }

@@ -32,6 +32,12 @@ impl Source {
     /// Finds a scenario by the path of its file, or by its name among those inside the program.
     pub fn find(named: &Path) -> Result<Self, Error> {
         let name = named.to_str().unwrap_or_default();
+        let is_inside = SCENARIOS.iter().any(|file| file.name.strip_suffix(".toml") == Some(name));
+        if named.is_dir() && !is_inside {
+            let help =
+                "name a scenario in it, a file that ends in .toml; or list the scenarios inside: dockhil run --list";
+            return Err(Error::new("is a folder, expected a scenario").file(named).help(help));
+        }
         let is_file = named.is_file() || name.ends_with(".toml") || named.components().count() > 1;
         if is_file { Source::read(named) } else { Source::embedded(name) }
     }

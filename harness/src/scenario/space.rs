@@ -8,7 +8,7 @@ use super::run::{Ran, TRAVEL_MAX_M, contact_s, cut, idle, kind};
 use super::{Fault, Scenario, Source, acting};
 use crate::error::Error;
 use crate::files::sha256_hex;
-use crate::model::{EffectModel, SpaceModel, turn, vector};
+use crate::model::{EffectModel, SpaceModel, place, turn, vector};
 use crate::recording::{Grade, Pose, Series, Session, Twist, Wrench as Recorded};
 use crate::report::{PlotGroup, Role};
 use crate::simulate;
@@ -20,6 +20,7 @@ use sim_core::force_sensor::{SensorNoise, WrenchNoise};
 use sim_core::geometry::Geometry;
 use sim_core::plant::{BodyMotion, TwoBody};
 use sim_core::recorder::{LogChannel, stamped};
+use sim_core::refusal::Refusal;
 use sim_core::rng::Streams;
 use sim_core::space::{Axis, Motion, Spatial, Wrench};
 use sim_core::time::Nanos;
@@ -86,9 +87,14 @@ fn plant(source: &Source, scenario: &Scenario, model: &SpaceModel) -> Result<Two
     };
     let plant = model.plant().and_then(|plant| plant.with_target(target));
     plant.map_err(|refusal| {
-        Error::new(refusal.to_string())
+        let name = match refusal.name {
+            "target.velocity_m_per_s" => "start.target_velocity_m_per_s",
+            "target.rate_rad_per_s" => "start.target_rate_rad_per_s",
+            name => name,
+        };
+        Error::new(Refusal { name, ..refusal }.to_string())
             .file(&source.file)
-            .place("table start")
+            .span(&source.text, place::of_key(&source.text, name))
             .help("a target that is fixed has no motion")
     })
 }

@@ -51,8 +51,10 @@ pub struct Answer {
     pub damping_margin_high: Option<Margin>,
     /// Of a cell: the loop as its computers run it.
     pub sampled: Option<Sampled>,
-    /// Contact that never pulls: another boundary, computed and not the linear one.
+    /// Contact that never pulls: another boundary, computed and not the linear one; `None` where the delay is longer than a contact.
     pub one_sided: Option<OneSided>,
+    /// Of a cell: the sensor feels at least as much undeclared mass as the satellites have.
+    pub too_heavy_a_tool: bool,
     /// Who makes the force late.
     pub budget: Vec<Budgeted>,
     /// What the model holds and the prediction does not.
@@ -124,6 +126,7 @@ pub fn assess(subject: &Subject) -> Result<Answer, Error> {
     match subject {
         Subject::OneDelay(one) => one_delay(subject, one).map_err(refused),
         Subject::Cell(cell) => of_cell(subject, cell).map_err(refused),
+        Subject::Space(_) => Err(Error::new("a model with six axes is told by its roots")),
     }
 }
 
@@ -161,6 +164,7 @@ fn closed_form(mass_kg: f64, stiffness: f64, damping: f64, delay_s: Option<f64>)
         damping_margin_high: given.and_then(|found| found.high_margin).and_then(margin),
         sampled: None,
         one_sided: None,
+        too_heavy_a_tool: false,
         budget: Vec::new(),
         left_out: Vec::new(),
     })
@@ -191,6 +195,7 @@ fn pushed_apart(mass_kg: f64, stiffness: f64, damping: f64, delay_s: Option<f64>
         damping_margin_high: None,
         sampled: None,
         one_sided: None,
+        too_heavy_a_tool: false,
         budget: Vec::new(),
         left_out: Vec::new(),
     })
@@ -211,7 +216,7 @@ fn one_delay(subject: &Subject, one: &OneDelay) -> Result<Answer, Refusal> {
     }
     Ok(Answer {
         growth_per_s: growth_per_s(subject),
-        one_sided: Some(one_sided(mass, stiffness, damping, delay_s)?),
+        one_sided: one_sided(mass, stiffness, damping, delay_s)?,
         ..answer
     })
 }
@@ -229,11 +234,12 @@ fn of_cell(subject: &Subject, cell: &Cell) -> Result<Answer, Refusal> {
     let budget = budget(mass, linear.stiffness, &linear.contributors)?;
     let answer = closed_form(mass, stiffness, damping, Some(budget.delay_s))?;
     let stable = is_stable(subject).unwrap_or(false);
-    let interval = linear.sampled.damping_interval()?;
+    // Too heavy a tool is unstable whatever the damping: no interval of it helps.
+    let hopeless = linear.tool_mass_kg >= cell.model.plant.mass_kg;
+    let interval = if hopeless { None } else { linear.sampled.damping_interval()? };
     let here = linear.sampled.virtual_damping_n_s_per_m;
     let to_edge =
         |distance: f64, edge: f64| Margin { distance, per_cent: (edge > 0.0).then(|| 100.0 * distance / edge) };
-    let hopeless = linear.tool_mass_kg >= cell.model.plant.mass_kg;
     let lines = budget.lines.iter().map(|line| Budgeted {
         name: line.contributor.name.clone(),
         path: match line.contributor.path {
@@ -257,9 +263,12 @@ fn of_cell(subject: &Subject, cell: &Cell) -> Result<Answer, Refusal> {
                 .map(|edges| Edges { low_n_s_per_m: edges.low_n_s_per_m, high_n_s_per_m: Some(edges.high_n_s_per_m) }),
             growth_per_tick: linear.sampled.growth_per_tick()?,
         }),
-        one_sided: Some(one_sided(mass, stiffness, damping, budget.delay_s)?),
+        one_sided: one_sided(mass, stiffness, damping, budget.delay_s)?,
         budget: lines.collect(),
         left_out: linear.left_out,
+        damping_interval: if hopeless { None } else { answer.damping_interval },
+        longest_delay_s: if hopeless { None } else { answer.longest_delay_s },
+        too_heavy_a_tool: hopeless,
         ..answer
     })
 }
@@ -274,7 +283,7 @@ fn delay_margin(subject: &Subject, stable: bool) -> Option<Margin> {
     // The shortest delay that a cell can have is one tick of its loop.
     let tick_s = match subject {
         Subject::Cell(cell) => cell.model.timing.loop_period_s,
-        Subject::OneDelay(_) => 0.0,
+        Subject::OneDelay(_) | Subject::Space(_) => 0.0,
     };
     let far = far.max(tick_s - here);
     // Towards longer delays the loop is left once; the grid finds the first edge, halving the edge itself.
@@ -292,8 +301,8 @@ fn delay_margin(subject: &Subject, stable: bool) -> Option<Margin> {
     Some(Margin { distance, per_cent: Some(100.0 * distance / (here + distance)) })
 }
 
-/// The one-sided impact with this delay.
-fn one_sided(mass_kg: f64, stiffness: f64, damping: f64, delay_s: f64) -> Result<OneSided, Refusal> {
+/// The one-sided impact with this delay; `None` where the delay is longer than a contact.
+fn one_sided(mass_kg: f64, stiffness: f64, damping: f64, delay_s: f64) -> Result<Option<OneSided>, Refusal> {
     let contact = impact::OneSided {
         mass_kg,
         stiffness_n_per_m: stiffness,
@@ -301,6 +310,9 @@ fn one_sided(mass_kg: f64, stiffness: f64, damping: f64, delay_s: f64) -> Result
         delay_s,
         pull: impact::Pull::Never,
     };
+    if !contact.is_told() {
+        return Ok(None);
+    }
     let restitution = if damping >= 0.0 { Some(contact.impact()?.restitution) } else { None };
-    Ok(OneSided { restitution, neutral_damping_n_s_per_m: contact.unit_restitution_damping()? })
+    Ok(Some(OneSided { restitution, neutral_damping_n_s_per_m: contact.unit_restitution_damping()? }))
 }

@@ -50,6 +50,7 @@ fn growth(subject: &Subject) -> Result<f64, Refusal> {
             }
             Ok(libm::log(linear.sampled.growth_per_tick()?) / linear.sampled.tick_s)
         }
+        Subject::Space(model) => space::growth_per_s(model),
     }
 }
 
@@ -64,6 +65,6 @@ fn is_stable(subject: &Subject) -> Option<bool> {
             let found = exact::assess(one.mass_kg, one.stiffness_n_per_m, one.damping_n_s_per_m, delay_s);
             found.ok().map(|assessment| assessment.stable)
         }
-        Subject::Cell(_) => growth_per_s(subject).map(|growth| growth < 0.0),
+        Subject::Cell(_) | Subject::Space(_) => growth_per_s(subject).map(|growth| growth < 0.0),
     }
 }

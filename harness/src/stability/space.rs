@@ -77,6 +77,15 @@ pub fn assess_space(model: &SpaceModel) -> Result<SpaceAnswer, Error> {
     })
 }
 
+/// Growth of the slowest motion that meets a force.
+pub(super) fn growth_per_s(model: &SpaceModel) -> Result<f64, Refusal> {
+    let spectrum = pressed(model, &mut Vec::new())?.system()?.rightmost(1)?;
+    if spectrum.neutral_radius >= 1.0 {
+        return Ok(f64::INFINITY);
+    }
+    Ok(spectrum.roots.first().map_or(0.0, |root| root.growth_per_s))
+}
+
 fn refused(refusal: Refusal) -> Error {
     Error::new(refusal.to_string()).help("correct the model: dockhil model check MODEL.toml")
 }
@@ -107,7 +116,11 @@ fn pressed(model: &SpaceModel, left_out: &mut Vec<String>) -> Result<SpaceLoop, 
         }
     }
     if model.contact.friction > 0.0 {
-        left_out.push("friction: it only takes energy".to_owned());
+        left_out.push(
+            "friction: its force is as late as the rest, and may shake a contact across its normal that is stable here: run the \
+             scenario, and judge its forces across"
+                .to_owned(),
+        );
     }
     let felt = if software.architecture == Architecture::PureSoftware { 0.0 } else { 1.0 };
     let added = if software.architecture == Architecture::PureHardware { 0.0 } else { 1.0 };

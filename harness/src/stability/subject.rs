@@ -1,7 +1,8 @@
-//! What is asked about: one dead time given by four numbers, or the cell of a model file. Either way a set of named parameters.
+//! What is asked about: one dead time given by four numbers, or the cell of a model file, along one axis or with six. Either way a
+//! set of named parameters.
 
 use crate::error::Error;
-use crate::model::{Chosen, Model, RigKind};
+use crate::model::{Chosen, Model, RigKind, SpaceModel};
 use sim_core::effect::Catalog;
 use sim_core::space::Axis;
 
@@ -32,8 +33,10 @@ pub struct Cell {
 pub enum Subject {
     /// Four numbers.
     OneDelay(OneDelay),
-    /// A model.
+    /// A model along one axis.
     Cell(Box<Cell>),
+    /// A model with six axes.
+    Space(Box<SpaceModel>),
 }
 
 impl Subject {
@@ -61,6 +64,13 @@ impl Subject {
                     fitted.map(name).collect::<Vec<_>>()
                 };
                 CELL.iter().map(owned).chain(cell.effects.iter().flat_map(of_effect)).collect()
+            }
+            Subject::Space(model) => {
+                let virtual_part = VIRTUAL.iter().flat_map(|(list, unit)| {
+                    ["x", "y", "z"].map(|axis| (format!("virtual_contact.{list}.{axis}"), (*unit).to_owned()))
+                });
+                let is_there = |(name, _): &&(&str, &str)| model.target.is_some() || !name.starts_with("target.");
+                SPACE.iter().filter(is_there).map(owned).chain(virtual_part).collect()
             }
         }
     }
@@ -107,6 +117,26 @@ impl Subject {
                     chosen.values.get_mut(at)
                 }),
             },
+            Subject::Space(model) => match name {
+                "chaser.mass_kg" => Some(&mut model.chaser.mass_kg),
+                "target.mass_kg" => model.target.as_mut().map(|target| &mut target.mass_kg),
+                "contact.stiffness_n_per_m" => Some(&mut model.contact.stiffness_n_per_m),
+                "contact.damping_n_s_per_m" => Some(&mut model.contact.damping_n_s_per_m),
+                "timing.command_delay_s" => Some(&mut model.timing.command_delay_s),
+                "timing.measurement_delay_s" => Some(&mut model.timing.measurement_delay_s),
+                _ => {
+                    let (list, axis) = name.strip_prefix("virtual_contact.")?.split_once('.')?;
+                    let software = &mut model.virtual_contact;
+                    let three = match list {
+                        "stiffness_n_per_m" => &mut software.stiffness_n_per_m,
+                        "damping_n_s_per_m" => &mut software.damping_n_s_per_m,
+                        "stiffness_n_m_per_rad" => &mut software.stiffness_n_m_per_rad,
+                        "damping_n_m_s_per_rad" => &mut software.damping_n_m_s_per_rad,
+                        _ => return None,
+                    };
+                    three.get_mut(["x", "y", "z"].iter().position(|known| *known == axis)?)
+                }
+            },
         }
     }
 }
@@ -122,4 +152,21 @@ const CELL: [(&str, &str); 7] = [
     ("virtual_contact.damping_n_s_per_m", "N s/m"),
     ("timing.command_delay_s", "s"),
     ("timing.measurement_delay_s", "s"),
+];
+
+const SPACE: [(&str, &str); 6] = [
+    ("chaser.mass_kg", "kg"),
+    ("target.mass_kg", "kg"),
+    ("contact.stiffness_n_per_m", "N/m"),
+    ("contact.damping_n_s_per_m", "N s/m"),
+    ("timing.command_delay_s", "s"),
+    ("timing.measurement_delay_s", "s"),
+];
+
+/// Lists of three in a model with six axes.
+const VIRTUAL: [(&str, &str); 4] = [
+    ("stiffness_n_per_m", "N/m"),
+    ("damping_n_s_per_m", "N s/m"),
+    ("stiffness_n_m_per_rad", "N m/rad"),
+    ("damping_n_m_s_per_rad", "N m s/rad"),
 ];

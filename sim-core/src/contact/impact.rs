@@ -218,7 +218,9 @@ fn an_impulse_of_the_same_restitution_takes_the_same_energy() {
 #[test]
 fn what_has_no_meaning_is_refused_and_what_is_unstable_is_not() {
     assert!(spring_dashpot(-40.0, Sides::One).checked().is_ok(), "it creates energy: an answer, not a refusal");
-    assert!(SpringDashpot { stiffness_n_per_m: -1.0, ..spring_dashpot(0.0, Sides::One) }.checked().is_err());
+    let of_stiffness = |stiffness_n_per_m| SpringDashpot { stiffness_n_per_m, ..spring_dashpot(0.0, Sides::One) };
+    assert!(of_stiffness(-1.0).checked().is_ok(), "it pushes apart: an answer, not a refusal");
+    assert!(of_stiffness(f64::NAN).checked().is_err());
     assert!(spring_dashpot(f64::NAN, Sides::One).checked().is_err());
     assert!(Hertz::new(-1.0, 1.5, 0.0, Sides::One).is_err() && Hertz::new(1.0, 0.0, 0.0, Sides::One).is_err());
     assert!(Hertz::of_ball(0.0, 1e6).is_err() && Hertz::agreeing(1e3, -0.005, 1.5).is_err());

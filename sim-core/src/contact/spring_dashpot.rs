@@ -29,9 +29,10 @@ pub struct SpringDashpot {
 }
 
 impl SpringDashpot {
-    /// The law, if its numbers have a meaning. Negative damping has one: it is unstable, and is answered.
+    /// The law, if its numbers have a meaning. Negative ones have: a device preloaded too far pushes apart, which is unstable, and is
+    /// answered.
     pub fn checked(self) -> Result<Self, Refusal> {
-        refusal::not_negative("stiffness_n_per_m", self.stiffness_n_per_m, "N/m")?;
+        refusal::finite("stiffness_n_per_m", self.stiffness_n_per_m, "N/m")?;
         refusal::finite("damping_n_s_per_m", self.damping_n_s_per_m, "N s/m")?;
         Ok(self)
     }

@@ -96,7 +96,8 @@ pub struct Verdict {
     pub margin: Option<f64>,
     /// Unit of the numbers above; `1` for a ratio.
     pub unit: &'static str,
-    /// The instant that decided, if there is one.
+    /// The instant that decided, if there is one; in ns, and so named where it is written.
+    #[serde(rename = "at_ns")]
     pub at: Option<Nanos>,
     /// The reason, with definition and pairing, in one sentence.
     pub why: String,

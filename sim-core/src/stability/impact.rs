@@ -85,13 +85,18 @@ impl OneSided {
         positive("stiffness_n_per_m", self.stiffness_n_per_m, "N/m")?;
         not_negative("damping_n_s_per_m", self.damping_n_s_per_m, "N s/m")?;
         not_negative("delay_s", self.delay_s, "s")?;
-        // Beyond two radians in one delay the powers that are kept do not suffice, and nothing of it is a contact any more.
-        let rate = libm::sqrt(self.stiffness_n_per_m / self.mass_kg) + self.damping_n_s_per_m / self.mass_kg;
-        if self.delay_s * rate > 4.0 {
+        if !self.is_told() {
             let limit = "is above 4 / (√(k/m) + b/m): longer than the contact";
             return Err(Refusal { name: "delay_s", value: self.delay_s, unit: "s", limit });
         }
         Ok(())
+    }
+
+    /// Whether the delay is short enough for an impact to be told: beyond two radians in one delay the powers that are kept do not
+    /// suffice, and nothing of it is a contact any more.
+    pub fn is_told(&self) -> bool {
+        let rate = libm::sqrt(self.stiffness_n_per_m / self.mass_kg) + self.damping_n_s_per_m / self.mass_kg;
+        self.delay_s * rate <= 4.0
     }
 
     /// The impact, computed.

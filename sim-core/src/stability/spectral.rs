@@ -132,7 +132,8 @@ impl DelayedSystem {
         if self.now.nrows() == 0 || neutral_radius >= 1.0 {
             return Ok(spectrum);
         }
-        let generator = self.generator()?;
+        let (wanted, nodes) = self.nodes();
+        let generator = self.generator(nodes);
         let lost =
             Refusal { name: "size", value: generator.nrows() as f64, unit: "states", limit: "does not converge" };
         let mut starts = eigenvalues(generator).ok_or(lost)?;
@@ -165,6 +166,11 @@ impl DelayedSystem {
         spectrum.roots.sort_by(|a, b| b.growth_per_s.total_cmp(&a.growth_per_s));
         spectrum.roots.truncate(count);
         let rightmost = spectrum.roots.first().map_or(f64::NEG_INFINITY, |root| root.growth_per_s);
+        // With too few nodes a root that was found is a root all the same; that there is none cannot be told.
+        if wanted > nodes as f64 && rightmost < 0.0 {
+            let limit = "is too many for the spectral method: delay times stiffness is out of proportion";
+            return Err(Refusal { name: "nodes", value: wanted, unit: "rows", limit });
+        }
         if unsettled > rightmost {
             let limit = "is the growth of a root that Newton's method does not settle on";
             return Err(Refusal { name: "growth_per_s", value: unsettled, unit: "1/s", limit });
@@ -239,22 +245,21 @@ impl DelayedSystem {
         bound.and_then(spectral_radius).unwrap_or(f64::INFINITY)
     }
 
-    /// The matrix that moves the state over the last τ_max on, at Chebyshev nodes.
-    fn generator(&self) -> Result<DMatrix<f64>, Refusal> {
+    /// How many nodes would resolve every unstable root, and how many are taken.
+    fn nodes(&self) -> (f64, usize) {
+        let wanted = libm::ceil(NODES_MIN + self.largest_unstable_rad_per_s() * self.longest_delay_s());
+        let most = SIZE_MAX / self.now.nrows();
+        let wanted = if self.is_neutral() { wanted.min(NODES_NEUTRAL as f64).min(most as f64) } else { wanted };
+        (wanted, wanted.min(most as f64) as usize)
+    }
+
+    /// The matrix that moves the state over the last τ_max on, at this many Chebyshev nodes.
+    fn generator(&self, nodes: usize) -> DMatrix<f64> {
         let n = self.now.nrows();
         let span_s = self.longest_delay_s();
         if span_s == 0.0 {
-            return Ok(self.now.clone());
+            return self.now.clone();
         }
-        let wanted = NODES_MIN + self.largest_unstable_rad_per_s() * span_s;
-        let nodes = if self.is_neutral() {
-            (libm::ceil(wanted.min(NODES_NEUTRAL as f64)) as usize).min(SIZE_MAX / n)
-        } else if wanted * n as f64 <= SIZE_MAX as f64 {
-            libm::ceil(wanted) as usize
-        } else {
-            let limit = "is too many for the spectral method: delay times stiffness is out of proportion";
-            return Err(Refusal { name: "nodes", value: wanted, unit: "rows", limit });
-        };
         let slopes = differentiation(nodes) * (2.0 / span_s);
         let mut generator = DMatrix::zeros((nodes + 1) * n, (nodes + 1) * n);
         for row in 1..=nodes {
@@ -272,7 +277,7 @@ impl DelayedSystem {
                 place += block;
             }
         }
-        Ok(generator)
+        generator
     }
 
     /// Whether Δ(0) has no inverse.

@@ -28,7 +28,7 @@ pub fn stability_page(
         heat: Vec::new(),
         plots: Vec::new(),
         loops: Vec::new(),
-        charts: domain.map(|domain| chart(answer, domain)).into_iter().collect(),
+        charts: domain.map(|domain| chart(Some(answer), domain)).into_iter().collect(),
         tables: tables(answer),
         ladder: None,
         provenance: provenance.to_vec(),
@@ -91,7 +91,7 @@ fn sentences(answer: &Answer) -> Vec<String> {
              preloaded too far does this; let its springs out, or add a stiffness in software that outweighs it."
                 .to_owned(),
         );
-    } else if answer.growth_per_s.is_none() && answer.stable == Some(false) {
+    } else if answer.too_heavy_a_tool {
         said.push(
             "The sensor feels at least as much undeclared mass as the satellites have: unstable in free flight, whatever the \
              damping. Declare the tool's mass, or simulate a heavier satellite."
@@ -215,8 +215,8 @@ fn numbers_table(answer: &Answer) -> Option<Table> {
     table(Section::Quantities, "Numbers", "", vec![text("what"), numbers("value")], rows)
 }
 
-/// The chart, with the closed form where both sides of the domain are its own.
-fn chart(answer: &Answer, domain: &Domain) -> Chart {
+/// The chart, with the closed form where there is one and both sides of the domain are its own.
+pub(super) fn chart(answer: Option<&Answer>, domain: &Domain) -> Chart {
     let (x, y) = (scale(&domain.x), scale(&domain.y));
     let scaled = |strips: &[Vec<(f64, f64)>]| -> Vec<Vec<(f64, f64)>> {
         strips.iter().map(|strip| strip.iter().map(|(a, b)| (a * y.factor, b * y.factor)).collect()).collect()
@@ -230,7 +230,7 @@ fn chart(answer: &Answer, domain: &Domain) -> Chart {
         strips: scaled(&domain.strips),
         untold: scaled(&domain.untold),
         point: (domain.x.here * x.factor, domain.y.here * y.factor),
-        curves: closed_form(answer, domain, &x, &y).into_iter().collect(),
+        curves: answer.and_then(|answer| closed_form(answer, domain, &x, &y)).into_iter().collect(),
     }
 }
 
@@ -239,11 +239,15 @@ fn named(side: &Side) -> String {
     let suffix = match side.unit.as_str() {
         "N/m" => "_n_per_m",
         "N s/m" => "_n_s_per_m",
+        "N m/rad" => "_n_m_per_rad",
+        "N m s/rad" => "_n_m_s_per_rad",
         "kg" => "_kg",
         "s" => "_s",
         _ => "",
     };
-    let name = side.name.strip_suffix(suffix).unwrap_or(&side.name);
+    // Of a list the axis comes last: virtual_contact.damping_n_s_per_m.z.
+    let without_unit = side.name.replacen(suffix, "", usize::from(!suffix.is_empty()));
+    let name = without_unit.as_str();
     name.strip_prefix("timing.").or(name.strip_prefix("plant.")).unwrap_or(name).replace(['.', '_'], " ")
 }
 

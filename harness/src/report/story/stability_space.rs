@@ -1,12 +1,19 @@
 //! The stability of a cell with six axes as a page.
 
 use super::super::page::{Page, Row, Section, Table, Tone};
+use super::stability::chart;
 use super::table::{numbers, row, table, words as text};
 use super::words::{figures, number, value};
-use crate::stability::SpaceAnswer;
+use crate::stability::{Domain, SpaceAnswer};
 
 /// The answer as a page.
-pub fn stability_space_page(title: &str, answer: &SpaceAnswer, command: &str, provenance: &[(String, String)]) -> Page {
+pub fn stability_space_page(
+    title: &str,
+    answer: &SpaceAnswer,
+    domain: Option<&Domain>,
+    command: &str,
+    provenance: &[(String, String)],
+) -> Page {
     Page {
         title: title.to_owned(),
         tone: if answer.stable { Tone::Good } else { Tone::Bad },
@@ -16,7 +23,7 @@ pub fn stability_space_page(title: &str, answer: &SpaceAnswer, command: &str, pr
         heat: Vec::new(),
         plots: Vec::new(),
         loops: Vec::new(),
-        charts: Vec::new(),
+        charts: domain.map(|domain| chart(None, domain)).into_iter().collect(),
         tables: [roots(answer), quantities(answer)].into_iter().flatten().collect(),
         ladder: None,
         provenance: provenance.to_vec(),
@@ -28,7 +35,7 @@ fn verdict(answer: &SpaceAnswer) -> String {
         (true, Some(margin_s)) => format!("stable; margin {} of delay on both paths", value(margin_s, "s")),
         (true, None) => "stable, and no delay that was tried changes it".to_owned(),
         (false, Some(margin_s)) => format!("unstable; {} of delay are too much", value(-margin_s, "s")),
-        (false, None) => "unstable, even without delay".to_owned(),
+        (false, None) => "unstable, even with no delay but the hold of half a tick".to_owned(),
     }
 }
 

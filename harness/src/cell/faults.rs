@@ -1,0 +1,143 @@
+//! What a virtual cell gets wrong: wire faults, and effects of the catalogue, each with an account of whether it did anything.
+//!
+//! An effect is watched: it has acted once what it makes of a wire differs from what it was given. A fault that never acted is an
+//! error of the run, since a run that passes then says nothing about it.
+
+use super::config::Cell;
+use crate::error::Error;
+use crate::model::{List, Model, RigKind, check_effects, place};
+use crate::scenario::{Fault, FaultModel, acting};
+use drivers::fault::{Needs, WireFault, row};
+use sim_core::effect::{Attached, Catalog, Context, Effect, Rates, Reads};
+use sim_core::signals::{ContactForce, Received, Signals};
+use sim_core::space::{Axis, AxisMotion, AxisTouch};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// The faults of a cell, read and checked.
+#[derive(Debug, Clone, Default)]
+pub struct Faults {
+    /// Those that act on bytes.
+    pub wire: Vec<WireFault>,
+    /// Those that act in the cell.
+    pub effects: Vec<Fault>,
+}
+
+impl Faults {
+    /// Reads the faults of a cell.
+    ///
+    /// # Errors
+    /// When one is unknown or has a value that cannot be; the error points at it.
+    pub fn of(cell: &Cell, model: &Model, catalog: &Catalog<Axis>) -> Result<Self, Error> {
+        let (file, text) = (&cell.source.file, &cell.source.text);
+        let mut wire = Vec::new();
+        let mut models: Vec<FaultModel> = Vec::new();
+        for (nth, table) in cell.config.faults.iter().enumerate() {
+            let id = table.get("id").and_then(toml::Value::as_str).unwrap_or_default();
+            let refuse = |what: String, help: &str| {
+                let span = place::in_list(text, "fault", nth, None);
+                Error::new(what).file(file).span(text, span).help(help.to_owned())
+            };
+            if WireFault::knows(id) {
+                let fault = table.clone().try_into::<WireFault>();
+                let help = "see the streams and parameters of each fault in the documentation of drivers::fault";
+                let fault = fault.map_err(|error| refuse(error.message().replace('\n', " "), help))?;
+                let needs = row(fault.id(), fault.on).map(|row| row.needs);
+                if !matches!(needs, Some(Needs::Bytes | Needs::Controller)) {
+                    let what =
+                        format!("the virtual cell cannot do {} on {}: it needs {needs:?}", fault.id(), fault.on.id());
+                    return Err(refuse(what, "leave it out: it changes no bytes of the cell's own links"));
+                }
+                if fault.robot.as_ref().is_some_and(|name| cell.config.robots.iter().all(|robot| robot.name != *name)) {
+                    let what = format!("fault {} is on a robot that the cell does not have", fault.id());
+                    return Err(refuse(what, "name one of the [[robot]] tables"));
+                }
+                wire.push(fault);
+                continue;
+            }
+            let help = "see all effects with: dockhil effect list";
+            let fault = table.clone().try_into::<FaultModel>();
+            models.push(fault.map_err(|error| refuse(error.message().replace('\n', " "), help))?);
+            let all: Vec<_> = models.iter().map(|fault| &fault.effect).collect();
+            let list = List { effects: &all, rig: RigKind::Docking, name: "", text: "", catalog };
+            check_effects(&list).map_err(|error| refuse(error.what, help))?;
+            if model.effects.iter().any(|effect| effect.enabled && effect.id == id) {
+                return Err(refuse(format!("effect {id} is in the model already"), "put it into one of the two files"));
+            }
+        }
+        Ok(Faults { wire, effects: acting(&models, catalog) })
+    }
+}
+
+/// Whether an effect has changed anything yet.
+#[derive(Debug, Clone)]
+pub struct Account {
+    /// Its id.
+    pub id: String,
+    acted: Arc<AtomicBool>,
+}
+
+impl Account {
+    /// Whether it has acted.
+    pub fn acted(&self) -> bool {
+        self.acted.load(Ordering::Relaxed)
+    }
+}
+
+/// The effect of a fault, ready to run, and its account.
+pub fn watched(fault: &Fault) -> (Attached<Axis>, Account) {
+    let attached = fault.attach();
+    // What shifts stamps shifts all of them.
+    let acted = Arc::new(AtomicBool::new(attached.effect.stamp_offset_s() != 0.0));
+    let account = Account { id: attached.id.to_string(), acted: acted.clone() };
+    let effect = Box::new(Watched { inner: attached.effect, acted });
+    (Attached { effect, ..attached }, account)
+}
+
+struct Watched {
+    inner: Box<dyn Effect<Axis>>,
+    acted: Arc<AtomicBool>,
+}
+
+impl Watched {
+    fn watch<T: Copy, V: PartialEq>(&self, out: &mut T, value: impl Fn(&T) -> V, work: impl FnOnce(&mut T)) {
+        let before = value(out);
+        work(out);
+        if value(out) != before {
+            self.acted.store(true, Ordering::Relaxed);
+        }
+    }
+}
+
+impl Effect<Axis> for Watched {
+    fn memory(&self, rates: &Rates) -> usize {
+        self.inner.memory(rates)
+    }
+    fn begin(&self, memory: &mut [f64], rates: &Rates, first: &Signals<Axis>) {
+        self.inner.begin(memory, rates, first);
+    }
+    fn received(&self, context: Context<'_>, seen: &Signals<Axis>, out: &mut Received<Axis>) {
+        self.watch(out, |out| (out.motion, out.late_s, out.lost), |out| self.inner.received(context, seen, out));
+    }
+    fn achieved(&self, context: Context<'_>, seen: &Signals<Axis>, out: &mut AxisMotion) {
+        self.watch(out, |out| *out, |out| self.inner.achieved(context, seen, out));
+    }
+    fn measured(&self, context: Context<'_>, seen: &Signals<Axis>, out: &mut AxisMotion) {
+        self.watch(out, |out| *out, |out| self.inner.measured(context, seen, out));
+    }
+    fn touch(&self, context: Context<'_>, seen: &Signals<Axis>, out: &mut AxisTouch) {
+        self.watch(out, |out| *out, |out| self.inner.touch(context, seen, out));
+    }
+    fn contact(&self, context: Context<'_>, seen: &Signals<Axis>, out: &mut ContactForce<Axis>) {
+        self.watch(out, |out| (out.elastic, out.dissipative), |out| self.inner.contact(context, seen, out));
+    }
+    fn sensed(&self, context: Context<'_>, seen: &Signals<Axis>, out: &mut f64) {
+        self.watch(out, |out| *out, |out| self.inner.sensed(context, seen, out));
+    }
+    fn reads(&self) -> Reads {
+        self.inner.reads()
+    }
+    fn stamp_offset_s(&self) -> f64 {
+        self.inner.stamp_offset_s()
+    }
+}

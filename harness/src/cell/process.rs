@@ -1,0 +1,157 @@
+//! A program under test: started, watched, stopped, its output kept.
+
+use crate::error::Error;
+use std::io::Read;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+/// What is kept of a program's output, in bytes: its end says why it failed.
+const OUTPUT_BYTES_MAX: usize = 64 << 10;
+/// How often a program that should end by itself is looked at.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// A program that runs.
+pub struct Started {
+    child: Child,
+    output: Arc<Mutex<Vec<u8>>>,
+    readers: Vec<JoinHandle<()>>,
+    status: Option<ExitStatus>,
+}
+
+/// How a program ended.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Ended {
+    /// Its exit code, if it ended by itself and not by a signal.
+    pub code: Option<i32>,
+    /// Whether it had to be stopped.
+    pub was_stopped: bool,
+    /// The end of what it printed on both its streams.
+    pub output: String,
+}
+
+/// Takes a command line apart as a shell does with blanks and quotes; nothing else of a shell is known.
+///
+/// # Errors
+/// When a quote is not closed, or nothing is left.
+pub fn words(line: &str) -> Result<Vec<String>, Error> {
+    let (mut words, mut word, mut quote) = (Vec::new(), None::<String>, None);
+    for letter in line.chars() {
+        match (quote, letter) {
+            (Some(open), _) if open == letter => quote = None,
+            (Some(_), _) => word.get_or_insert_default().push(letter),
+            (None, '\'' | '"') => {
+                quote = Some(letter);
+                word.get_or_insert_default();
+            }
+            (None, _) if letter.is_whitespace() => words.extend(word.take()),
+            (None, _) => word.get_or_insert_default().push(letter),
+        }
+    }
+    words.extend(word);
+    let refuse = |what: &str| Error::new(what).place("argument --controller").help("give it as './prog {rsi} {ft}'");
+    match (quote, words.is_empty()) {
+        (Some(_), _) => Err(refuse("a quote is not closed")),
+        (None, true) => Err(refuse("there is no program in it")),
+        (None, false) => Ok(words),
+    }
+}
+
+impl Started {
+    /// Starts a program, its input empty and its output kept.
+    ///
+    /// # Errors
+    /// When there is no such program, or it may not be run.
+    pub fn start(words: &[String]) -> Result<Self, Error> {
+        let (program, arguments) = words.split_first().expect("a command line has a word");
+        let mut command = Command::new(program);
+        command.args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().map_err(|error| {
+            Error::new(format!("cannot start {program:?}: {error}"))
+                .place("argument --controller")
+                .help("check the path of the program, seen from where you are")
+        })?;
+        let output = Arc::new(Mutex::new(Vec::new()));
+        let mut readers = Vec::new();
+        readers.extend(child.stdout.take().map(|stream| keep(stream, &output)));
+        readers.extend(child.stderr.take().map(|stream| keep(stream, &output)));
+        Ok(Started { child, output, readers, status: None })
+    }
+
+    /// Whether it has ended.
+    pub fn has_ended(&mut self) -> bool {
+        if self.status.is_none() {
+            self.status = self.child.try_wait().ok().flatten();
+        }
+        self.status.is_some()
+    }
+
+    /// Waits so long for it to end by itself, then stops it.
+    pub fn stop(mut self, patience: Duration) -> Ended {
+        let mut looks = patience.as_millis() / LOOK.as_millis();
+        while !self.has_ended() && looks > 0 {
+            std::thread::sleep(LOOK);
+            looks -= 1;
+        }
+        let was_stopped = !self.has_ended();
+        if was_stopped {
+            // It may have ended in between: then there is nothing to stop.
+            let _ = self.child.kill();
+            self.status = self.child.wait().ok();
+        }
+        let code = self.status.and_then(|status| status.code());
+        // A program that it started may hold the streams open: what came until now is kept.
+        let readers = std::mem::take(&mut self.readers);
+        readers.into_iter().filter(JoinHandle::is_finished).for_each(|reader| drop(reader.join()));
+        let output = self.output.lock().map(|kept| String::from_utf8_lossy(&kept).into_owned()).unwrap_or_default();
+        Ended { code, was_stopped, output }
+    }
+}
+
+impl Drop for Started {
+    fn drop(&mut self) {
+        if !self.has_ended() {
+            let _ = self.child.kill();
+            let _ = self.child.wait();
+        }
+    }
+}
+
+fn keep(mut stream: impl Read + Send + 'static, output: &Arc<Mutex<Vec<u8>>>) -> JoinHandle<()> {
+    let output = output.clone();
+    std::thread::spawn(move || {
+        let mut buffer = [0; 4096];
+        while let Ok(length) = stream.read(&mut buffer) {
+            let Ok(mut kept) = output.lock() else { return };
+            if length == 0 {
+                return;
+            }
+            kept.extend_from_slice(&buffer[..length]);
+            let surplus = kept.len().saturating_sub(OUTPUT_BYTES_MAX);
+            kept.drain(..surplus);
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_command_line_is_taken_apart_as_a_shell_does() {
+        assert_eq!(words("./a --x 'b c' \"\" d\"e f\"g").unwrap(), ["./a", "--x", "b c", "", "de fg"]);
+        assert!(words("  ").is_err() && words("a 'b").is_err());
+    }
+
+    #[test]
+    fn a_program_is_watched_stopped_and_its_output_kept() {
+        let shell = |script: &str| Started::start(&["sh".to_owned(), "-c".to_owned(), script.to_owned()]).unwrap();
+        let ended = shell("echo here; echo there >&2; exit 3").stop(Duration::from_secs(20));
+        assert_eq!((ended.code, ended.was_stopped), (Some(3), false));
+        assert!(ended.output.contains("here") && ended.output.contains("there"), "{ended:?}");
+        let ended = shell("exec sleep 1000").stop(Duration::ZERO);
+        assert_eq!((ended.code, ended.was_stopped), (None, true));
+        assert!(Started::start(&["./there-is-no-such-program".to_owned()]).is_err());
+    }
+}

@@ -1,0 +1,201 @@
+//! One run of a virtual cell with somebody at the other end of its wires.
+
+use super::config::Cell;
+use super::controller::Controller;
+use super::faults::{Account, Faults, watched};
+use super::on_wire::OnWire;
+use super::virtual_cell::{Line, Packet, VirtualCell};
+use crate::blocks;
+use crate::error::Error;
+use crate::model::{Chosen, Model};
+use crate::recording::Session;
+use crate::simulate;
+use sim_core::closed_loop::{Start, Stepped};
+use sim_core::effect::{Attached, Catalog};
+use sim_core::rng::Streams;
+use sim_core::space::Axis;
+use sim_core::time::Nanos;
+use std::collections::BTreeMap;
+
+/// How a run is made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// How long, in the cell's own time.
+    pub duration_s: f64,
+}
+
+/// What the other side sends in one cycle.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Answers {
+    /// Answers for robots, in the order in which they came.
+    pub replies: Vec<(usize, Vec<u8>)>,
+    /// Requests for the sensor.
+    pub requests: Vec<Vec<u8>>,
+    /// The other side is gone: the run ends after this cycle.
+    pub gone: bool,
+}
+
+/// Somebody at the other end of the wires.
+pub trait Peer {
+    /// What it asks before the first cycle.
+    ///
+    /// # Errors
+    /// When there is nobody.
+    fn begin(&mut self, answers: &mut Answers) -> Result<(), Error>;
+    /// Carries the packets of one cycle, in their order, and brings what comes back.
+    ///
+    /// # Errors
+    /// When the wires fail.
+    fn exchange(&mut self, cycle: u64, packets: &[Packet], answers: &mut Answers) -> Result<(), Error>;
+}
+
+/// A controller in this process.
+pub struct InProcess<C>(pub OnWire<C>);
+
+impl<C: Controller> Peer for InProcess<C> {
+    fn begin(&mut self, answers: &mut Answers) -> Result<(), Error> {
+        self.0.start(&mut answers.requests);
+        Ok(())
+    }
+
+    fn exchange(&mut self, _cycle: u64, packets: &[Packet], answers: &mut Answers) -> Result<(), Error> {
+        for packet in packets {
+            let answer = self.0.receive(packet.line, packet.at, &packet.bytes)?;
+            if let (Line::Robot(nth), Some(bytes)) = (packet.line, answer) {
+                answers.replies.push((nth, bytes));
+            }
+        }
+        let now = packets.iter().map(|packet| packet.at).max();
+        now.into_iter().for_each(|now| self.0.tick(now, &mut answers.requests));
+        Ok(())
+    }
+}
+
+/// What a run left behind.
+#[derive(Debug, Clone)]
+pub struct Ran {
+    /// What was exchanged.
+    pub session: Session,
+    /// Cycles that were run.
+    pub cycles: u64,
+    /// Cycles with an answer for the probe's robot.
+    pub answered: u64,
+    /// Robots that stopped, with what their controllers print.
+    pub stops: Vec<(String, String)>,
+    /// Events of the robot controllers, by class.
+    pub events: BTreeMap<&'static str, u64>,
+    /// Faults that did nothing.
+    pub idle: Vec<String>,
+    /// For each cycle, a hash of everything that was sent and answered.
+    pub prints: Vec<u64>,
+}
+
+impl Ran {
+    /// The first cycle in which two runs differ; runs of different length differ where the shorter one ends.
+    pub fn first_difference(&self, other: &Ran) -> Option<u64> {
+        let pairs = self.prints.iter().zip(&other.prints);
+        let differs = pairs.clone().position(|(here, there)| here != there);
+        let ends = (self.prints.len() != other.prints.len()).then_some(pairs.len());
+        differs.or(ends).map(|cycle| cycle as u64)
+    }
+
+    /// A hash of the whole exchange.
+    pub fn fingerprint(&self) -> String {
+        format!("{:016x}", self.prints.iter().fold(SEED, |print, cycle| hashed(print, &cycle.to_le_bytes())))
+    }
+}
+
+/// FNV-1a.
+const SEED: u64 = 0xcbf2_9ce4_8422_2325;
+
+fn hashed(print: u64, bytes: &[u8]) -> u64 {
+    bytes.iter().fold(print, |print, byte| (print ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3))
+}
+
+/// Runs a cell with this peer.
+///
+/// # Errors
+/// When the cell's files are wrong, or the wires fail.
+pub fn run(cell: &Cell, catalog: &Catalog<Axis>, options: &Options, peer: &mut dyn Peer) -> Result<Ran, Error> {
+    let model = cell.model(catalog)?;
+    let faults = Faults::of(cell, &model, catalog)?;
+    let Some(seed) = cell.config.seed else {
+        let help = "add seed = a whole number: noise and faults are drawn from it";
+        return Err(cell.at("name", "the cell has no seed", help));
+    };
+    let cycles = (options.duration_s / cell.config.time.cycle_s).round();
+    if !(1.0..=1e9).contains(&cycles) {
+        let what = format!("a run of {} s has {cycles} cycles, outside [1, 1e9]", options.duration_s);
+        return Err(Error::new(what).place("the length of the run").help("give it in seconds"));
+    }
+    let own = model.chosen(catalog);
+    let (mut effects, mut accounts): (Vec<Attached<Axis>>, Vec<Account>) =
+        (own.iter().map(Chosen::attach).collect(), Vec::new());
+    for fault in &faults.effects {
+        let (effect, account) = watched(fault);
+        effects.push(effect);
+        accounts.push(account);
+    }
+    let late_s: f64 = effects.iter().map(|attached| attached.effect.stamp_offset_s()).sum();
+    let start = Start {
+        first: cell.first()?,
+        from: Nanos(0),
+        until: Nanos(0),
+        noise: simulate::noise(&model),
+        streams: Streams::new(seed),
+    };
+    let mut ran = None;
+    let parts = blocks::Cell::of(&model, model.plant.mass_kg);
+    parts.facility(&effects, simulate::rates(&model), &start, &mut |facility| {
+        let one = Run { cell, model: &model, faults: &faults, streams: start.streams, late_s, cycles: cycles as u64 };
+        ran = Some(one.run(facility, peer));
+    });
+    let mut ran = ran.expect("the facility was handed over")?;
+    ran.idle.extend(accounts.iter().filter(|account| !account.acted()).map(|account| account.id.clone()));
+    Ok(ran)
+}
+
+struct Run<'r> {
+    cell: &'r Cell,
+    model: &'r Model,
+    faults: &'r Faults,
+    streams: Streams,
+    late_s: f64,
+    cycles: u64,
+}
+
+impl Run<'_> {
+    fn run(&self, facility: &mut dyn Stepped<Axis>, peer: &mut dyn Peer) -> Result<Ran, Error> {
+        let mut cell = VirtualCell::new(self.cell, self.model, self.faults, &self.streams, facility)?;
+        let (mut packets, mut answers, mut prints) = (Vec::new(), Answers::default(), Vec::new());
+        let (probe, _) = self.cell.roles();
+        peer.begin(&mut answers)?;
+        let mut answered = 0;
+        for cycle in 0..self.cycles {
+            answers.requests.drain(..).for_each(|request| cell.request(&request, &mut packets));
+            cell.begin(&mut packets);
+            peer.exchange(cycle, &packets, &mut answers)?;
+            // Which socket is read first is nobody's business: answers count robot by robot, the probe's last.
+            answers.replies.sort_by_key(|(nth, _)| (*nth == probe, *nth));
+            let print = packets.iter().fold(SEED, |print, packet| hashed(print, &packet.bytes));
+            prints.push(answers.replies.iter().fold(print, |print, (_, bytes)| hashed(print, bytes)));
+            answered += u64::from(answers.replies.iter().any(|(nth, _)| *nth == probe));
+            answers.replies.drain(..).for_each(|(nth, bytes)| cell.reply(nth, &bytes));
+            cell.end();
+            packets.clear();
+            if answers.gone || cell.is_over() {
+                break;
+            }
+        }
+        let name = |(nth, why): (usize, String)| (self.cell.config.robots[nth].name.clone(), why);
+        Ok(Ran {
+            session: cell.log.session(self.model, self.cell, cell.touched, self.late_s),
+            cycles: prints.len() as u64,
+            answered,
+            stops: cell.stops().into_iter().map(name).collect(),
+            idle: cell.idle(),
+            events: std::mem::take(&mut cell.events),
+            prints,
+        })
+    }
+}

@@ -1,0 +1,184 @@
+//! `dockhil cell`: the virtual cell on real sockets. It waits for a controller, and says how the run ended.
+
+use super::console::Console;
+use super::inputs;
+use super::outcome::Exit;
+use super::run::did_nothing;
+use crate::cell::run::{Options, Ran, run};
+use crate::cell::wires::{Addresses, Pace, Timing, Wires};
+use crate::cell::{Cell, session};
+use crate::error::Error;
+use crate::files::write_whole;
+use clap::Args;
+use sim_core::effect::Catalog;
+use sim_core::space::Axis;
+use sim_core::time::Nanos;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// Longest wait for an answer in virtual time: beyond it the answer counts as missing. Chosen.
+const PATIENCE_MS: u64 = 1000;
+
+/// How a cell is run.
+#[derive(Debug, Clone, Args)]
+pub struct Running {
+    /// The cell: a file, or the name of one inside the program.
+    #[arg(long, value_name = "CELL.toml")]
+    pub cell: PathBuf,
+    /// Save what was exchanged as a recording; `compare` and `diagnose` read it.
+    #[arg(short, long, value_name = "S.mcap")]
+    pub output: Option<PathBuf>,
+    /// Overwrite the recording.
+    #[arg(long)]
+    pub force: bool,
+    /// Length of the run in the cell's own time, in s.
+    #[arg(long, value_name = "S", default_value_t = 2.0)]
+    pub duration: f64,
+    /// Begin here along z instead of where the cell says, in m; positive is penetration.
+    #[arg(long, value_name = "Z", allow_negative_numbers = true)]
+    pub position: Option<f64>,
+    /// Begin with this speed along z instead of the cell's, in m/s.
+    #[arg(long, value_name = "V", allow_negative_numbers = true)]
+    pub velocity: Option<f64>,
+    /// Draw noise and faults from this seed instead of the cell's.
+    #[arg(long, value_parser = inputs::seed)]
+    pub seed: Option<u64>,
+}
+
+/// How real sockets are served.
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Time")]
+pub struct Timed {
+    /// Keep the cycle of the robot controller by the clock on the wall, and report how well it was kept.
+    #[arg(long)]
+    pub real_time: bool,
+    /// Virtual time: how long an answer may take before it counts as missing, in ms.
+    #[arg(long, value_name = "MS", default_value_t = PATIENCE_MS)]
+    pub patience: u64,
+    /// How long to wait for the controller to come, in s.
+    #[arg(long, value_name = "S", default_value_t = 60)]
+    pub wait: u64,
+}
+
+/// Arguments of `dockhil cell`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    running: Running,
+    #[command(flatten)]
+    timed: Timed,
+}
+
+impl Running {
+    /// Reads the cell, and refuses now what could not be written later.
+    pub fn read(&self) -> Result<Cell, Error> {
+        let mut cell = Cell::find(&self.cell)?;
+        if let Some(velocity_m_per_s) = self.velocity {
+            if velocity_m_per_s.is_nan() || velocity_m_per_s.abs() > 10.0 {
+                let what = format!("--velocity {velocity_m_per_s} m/s is outside [-10, 10]");
+                return Err(Error::new(what).help("give the speed in m/s; positive closes the gap"));
+            }
+            cell.config.start.velocity_m_per_s = velocity_m_per_s;
+        }
+        if let Some(position_m) = self.position {
+            cell.begin_at(position_m)?;
+        }
+        cell.config.seed = self.seed.or(cell.config.seed);
+        if let Some(path) = &self.output {
+            let read = [&cell.source.file, &cell.model.file].into_iter().chain(cell.rsi.iter().map(|file| &file.file));
+            inputs::not_read(path, read)?;
+            inputs::writable_new(path, self.force)?;
+        }
+        Ok(cell)
+    }
+
+    /// How long it runs.
+    pub fn options(&self) -> Options {
+        Options { duration_s: self.duration }
+    }
+
+    /// Says how a run ended, saves it, and gives its exit code.
+    pub fn ended(&self, cell: &Cell, ran: &Ran, console: &mut Console<'_>) -> Result<Exit, Error> {
+        console.print(&summary(ran));
+        if !ran.idle.is_empty() {
+            console.error(&did_nothing(&ran.idle, "[[fault]]").file(&cell.source.file));
+            return Ok(Exit::Idle);
+        }
+        if let Some(path) = &self.output {
+            write_whole(path, &session::mcap(&ran.session, cell)?)?;
+            console.print(&format!("{}: written\n", path.display()));
+        }
+        Ok(if ran.stops.is_empty() { Exit::Pass } else { Exit::Failed })
+    }
+}
+
+impl Timed {
+    /// As the wires want it.
+    pub fn pace(&self, cell: &Cell) -> Pace {
+        if self.real_time {
+            return Pace::Real(Nanos::from_seconds(cell.config.time.cycle_s));
+        }
+        Pace::Virtual { patience: Duration::from_millis(self.patience) }
+    }
+
+    /// How long to wait for the controller.
+    pub fn ready(&self) -> Duration {
+        Duration::from_secs(self.wait)
+    }
+}
+
+impl Arguments {
+    /// Does what was asked for.
+    pub fn run(&self, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Exit, Error> {
+        let cell = self.running.read()?;
+        // What is wrong with the cell is said before anybody is waited for.
+        cell.model(catalog)?;
+        let addresses = Addresses::of(&cell);
+        let mut wires = Wires::bind(&addresses, self.timed.pace(&cell), self.timed.ready())?;
+        let robots: Vec<String> = addresses.robots.iter().map(ToString::to_string).collect();
+        console.say(&format!("sensor at {}; frames go to {}\n", wires.sensor(), robots.join(" and ")));
+        let ran = run(&cell, catalog, &self.running.options(), &mut wires)?;
+        if self.timed.real_time {
+            console.print(&kept(&wires.timing, cell.config.time.cycle_s));
+        }
+        self.running.ended(&cell, &ran, console)
+    }
+}
+
+/// What a run did, in a few lines.
+fn summary(ran: &Ran) -> String {
+    let mut text = format!("{} cycles, {} answered, exchange {}\n", ran.cycles, ran.answered, ran.fingerprint());
+    for (class, count) in &ran.events {
+        text.push_str(&format!("{class}: {count}\n"));
+    }
+    for (robot, why) in &ran.stops {
+        text.push_str(&format!("{robot}: {why}\n"));
+    }
+    text
+}
+
+/// How well real time was kept.
+pub(super) fn kept(timing: &Timing, cycle_s: f64) -> String {
+    let us = |ns: i64| ns as f64 * 1e-3;
+    let mean = |sum_ns: i64, count: u64| us(sum_ns) / count.max(1) as f64;
+    let ([late_sum, late_most], (answers, [took_sum, took_most])) = (timing.late_ns, timing.answers);
+    format!(
+        "real time, {} cycles of {} ms\n\
+         frames sent late: mean {:.0} us, at most {:.0} us\n\
+         answers: {answers} in time, mean {:.0} us, at most {:.0} us; {} late or missing\n\
+         load: {:.1} % of the time not waiting\n",
+        timing.cycles,
+        cycle_s * 1e3,
+        mean(late_sum, timing.cycles),
+        us(late_most),
+        mean(took_sum, answers),
+        us(took_most),
+        timing.missing,
+        100.0 * timing.busy_ns as f64 / timing.total_ns.max(1) as f64,
+    )
+}
+
+/// The path of a file that a test of a controller names, if it is a file.
+pub(super) fn named(cell: &Path) -> String {
+    cell.display().to_string()
+}

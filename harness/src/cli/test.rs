@@ -1,0 +1,128 @@
+//! `dockhil test`: a controller under test against the virtual cell: started, watched, stopped, its output kept.
+
+use super::cell::{Running, Timed, kept, named};
+use super::console::Console;
+use super::outcome::Exit;
+use crate::cell::Cell;
+use crate::cell::controller::{Reference, Task};
+use crate::cell::on_wire::OnWire;
+use crate::cell::process::{Ended, Started, words};
+use crate::cell::run::{InProcess, Options, Ran, run};
+use crate::cell::wires::{Addresses, Timing, Wires};
+use crate::error::Error;
+use clap::Args;
+use sim_core::effect::Catalog;
+use sim_core::space::Axis;
+use std::net::{SocketAddr, UdpSocket};
+use std::time::Duration;
+
+/// How long a program may take to end by itself after the exchange. Chosen: a controller notices silence within a second or two.
+const END: Duration = Duration::from_millis(200);
+/// The controller inside this program.
+const REFERENCE: &str = "reference";
+
+/// Arguments of `dockhil test`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// The program to start, or `reference` for the one inside. `{rsi}` becomes the address where it is to be bound for the first
+    /// robot, `{rsi2}` for the second, `{ft}` the address of the sensor, `{cell}` the path of the cell.
+    #[arg(long, value_name = "COMMAND")]
+    controller: String,
+    #[command(flatten)]
+    running: Running,
+    #[command(flatten)]
+    timed: Timed,
+    /// Run it twice, and name the first cycle that differs.
+    #[arg(long, conflicts_with = "real_time")]
+    twice: bool,
+    /// What the reference controller does.
+    #[arg(long, value_enum, default_value_t)]
+    task: Task,
+}
+
+impl Arguments {
+    /// Does what was asked for.
+    pub fn run(&self, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Exit, Error> {
+        let cell = self.running.read()?;
+        cell.model(catalog)?;
+        let ran = self.once(&cell, catalog, console)?;
+        if self.twice {
+            let again = self.once(&cell, catalog, console)?;
+            if let Some(cycle) = ran.first_difference(&again) {
+                let what = format!("two runs of the controller differ, first in cycle {cycle}");
+                let help =
+                    "the cell is the same both times: look for a clock, a random number or a race in the controller";
+                console.error(&Error::new(what).place("argument --twice").help(help));
+                return Ok(Exit::Diverged);
+            }
+            console.print("two runs are the same, bit for bit\n");
+        }
+        self.running.ended(&cell, &ran, console)
+    }
+
+    fn once(&self, cell: &Cell, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Ran, Error> {
+        let options = self.running.options();
+        if self.controller.trim() == REFERENCE {
+            return in_process(cell, catalog, &options, self.task);
+        }
+        let (ran, timing, ended) = self.external(cell, catalog, &options)?;
+        if self.timed.real_time {
+            console.print(&kept(&timing, cell.config.time.cycle_s));
+        }
+        if !ended.output.is_empty() {
+            console.say(&format!("the controller printed:\n{}\n", ended.output.trim_end()));
+        }
+        match ran {
+            Ok(ran) if ended.code.is_some_and(|code| code != 0) && !ended.was_stopped => {
+                let what =
+                    format!("the controller ended with code {} in cycle {}", ended.code.unwrap_or(0), ran.cycles);
+                Err(Error::new(what).place("argument --controller").help("its output is above"))
+            }
+            ran => ran,
+        }
+    }
+
+    fn external(
+        &self,
+        cell: &Cell,
+        catalog: &Catalog<Axis>,
+        options: &Options,
+    ) -> Result<(Result<Ran, Error>, Timing, Ended), Error> {
+        let mut addresses = Addresses::of(cell);
+        // What the program is told can be chosen; what it is not told must be as the cell says.
+        for (nth, key) in ["{rsi}", "{rsi2}"].iter().enumerate().take(addresses.robots.len()) {
+            if self.controller.contains(key) {
+                addresses.robots[nth] = free(addresses.robots[nth])?;
+            }
+        }
+        if self.controller.contains("{ft}") {
+            addresses.sensor.set_port(0);
+        }
+        let mut wires = Wires::bind(&addresses, self.timed.pace(cell), self.timed.ready())?;
+        let mut values = vec![("{ft}", wires.sensor().to_string()), ("{cell}", named(&self.running.cell))];
+        for (key, address) in ["{rsi}", "{rsi2}"].into_iter().zip(&addresses.robots) {
+            values.push((key, address.to_string()));
+        }
+        let filled = |word: &String| values.iter().fold(word.clone(), |word, (key, value)| word.replace(key, value));
+        let words: Vec<String> = words(&self.controller)?.iter().map(filled).collect();
+        wires.watch(Started::start(&words)?);
+        let ran = run(cell, catalog, options, &mut wires);
+        let started = wires.release().expect("it was given to be watched");
+        Ok((ran, wires.timing, started.stop(END)))
+    }
+}
+
+/// The reference controller in this process.
+///
+/// # Errors
+/// When the cell's files cannot go together.
+pub fn in_process(cell: &Cell, catalog: &Catalog<Axis>, options: &Options, task: Task) -> Result<Ran, Error> {
+    let controller = Reference::new(&cell.model(catalog)?, cell.first()?, task);
+    run(cell, catalog, options, &mut InProcess(OnWire::new(cell, controller)?))
+}
+
+/// A port that nobody has now.
+fn free(address: SocketAddr) -> Result<SocketAddr, Error> {
+    let bound = UdpSocket::bind(SocketAddr::new(address.ip(), 0)).and_then(|socket| socket.local_addr());
+    bound.map_err(|error| Error::new(format!("no port is free on {}: {error}", address.ip())).help("correct listen"))
+}

@@ -1,0 +1,68 @@
+//! A recording of the virtual cell goes through `compare` and `diagnose` as it is.
+
+use super::cell;
+use crate::shell::{Ran, Shell};
+
+/// N/m³; the start of a fit is a third of it.
+const HIDDEN: &str = "[[fault]]\nid = \"stiffness-hardening\"\ncubic_n_per_m3 = 9e6\n";
+
+fn folder(cell_text: &str) -> Shell {
+    let shell = Shell::new();
+    for file in fixtures::CELL_FILES.iter().filter(|file| file.name.contains('/')) {
+        std::fs::create_dir_all(shell.path(file.name).parent().unwrap()).unwrap();
+        shell.write(file.name, file.text);
+    }
+    shell.write("cell.toml", cell_text);
+    shell
+}
+
+fn record(shell: &Shell, name: &str, more: &[&str]) {
+    let output = format!("DIR/{name}.mcap");
+    let fixed = ["test", "--controller", "reference", "--cell", "DIR/cell.toml", "-o", &output];
+    let ran = shell.run(&[&fixed, more].concat());
+    assert_eq!(ran.exit, 0, "{name}: {}{}", ran.out, ran.err);
+}
+
+fn found(ran: &Ran) -> &str {
+    ran.out.split("WHAT IS MISSING").nth(1).unwrap_or_else(|| panic!("{}{}", ran.out, ran.err))
+}
+
+#[test]
+fn the_injected_effect_is_named() {
+    let shell = folder(&cell("bench", HIDDEN).source.text);
+    let speeds = ["0.014", "0.026", "0.042", "0.026"];
+    for (nth, speed) in speeds.iter().enumerate() {
+        record(&shell, &format!("learn_{nth}"), &["--velocity", speed, "--seed", &format!("{nth}")]);
+    }
+    record(&shell, "test_5", &["--velocity", "0.036", "--seed", "5"]);
+    // What is at rest or in free flight touches nothing, so that the effect would be one that did nothing.
+    shell.write("cell.toml", &cell("bench", "").source.text);
+    let far = ["--velocity", "0", "--position=-0.15", "--duration", "4"];
+    record(&shell, "static", &[&far[..], &["--task", "rest", "--seed", "6"]].concat());
+    record(&shell, "excite", &[&far[..], &["--task", "excite", "--seed", "7"]].concat());
+    let learn: Vec<String> = (0..speeds.len()).map(|nth| format!("DIR/learn_{nth}.mcap")).collect();
+    let learn: Vec<&str> = learn.iter().map(String::as_str).collect();
+    let model = ["--model", "DIR/models/bench.toml"];
+    let compared = shell.run(&[&["compare"], &model[..], &learn].concat());
+    assert!(compared.out.contains("force, compression"), "{}{}", compared.out, compared.err);
+    assert!(compared.out.contains("recorded commands to") && !compared.out.contains("misses"), "{}", compared.out);
+    let others = ["--aux", "DIR/static.mcap", "DIR/excite.mcap", "--test", "DIR/test_5.mcap"];
+    let written = ["--write-model", "DIR/found.toml"];
+    let diagnosed = shell.run(&[&["diagnose"], &model[..], &["--learn"], &learn, &others, &written].concat());
+    assert_eq!(diagnosed.exit, 0, "{}{}", diagnosed.out, diagnosed.err);
+    assert!(found(&diagnosed).contains("stiffness-hardening"), "{}", diagnosed.out);
+    let text = shell.read("found.toml");
+    let effects: Vec<&str> = text.lines().filter(|line| line.starts_with("id = ")).collect();
+    assert_eq!(effects, ["id = \"stiffness-hardening\""], "{text}");
+}
+
+/// With the four digits of a real controller the software block closes to what they allow, and nobody is blamed for them.
+#[test]
+fn rounded_commands_are_nobodys_fault() {
+    let shell = folder(&cell("bench", "").source.text.replace("decimals = 9", "decimals = 4"));
+    record(&shell, "impact", &["--velocity", "0.03517"]);
+    let ran = shell.run(&["compare", "--model", "DIR/models/bench.toml", "DIR/impact.mcap"]);
+    let text = ran.out.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(!text.contains("misses the recorded"), "{}{}", ran.out, ran.err);
+    assert!(ran.out.contains("their rounding") || text.contains("rounding allows"), "{}", ran.out);
+}

@@ -1,0 +1,98 @@
+//! The same over loopback sockets. Times are printed, and nothing depends on them.
+
+use super::{cell, reference};
+use crate::shell::Shell;
+use harness::cell::Cell;
+use harness::cell::clock::WallClock;
+use harness::cell::controller::{Reference, Task};
+use harness::cell::on_wire::OnWire;
+use harness::cell::run::{Options, Ran, run};
+use harness::cell::serve::Served;
+use harness::cell::wires::{Addresses, Pace, Wires};
+use sim_core::effects::standard;
+use std::net::UdpSocket;
+use std::time::Duration;
+
+/// The longest wait: a machine that is busy is no failure.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A run with the reference controller in a thread of its own, behind sockets.
+fn looped(cell: &Cell, duration_s: f64) -> Ran {
+    let free = || UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
+    let robots = cell.config.robots.iter().map(|_| free()).collect();
+    let mut addresses = Addresses { robots, sensor: "127.0.0.1:0".parse().unwrap() };
+    let mut wires = Wires::bind(&addresses, Pace::Virtual { patience: PATIENCE }, PATIENCE).unwrap();
+    addresses.sensor = wires.sensor();
+    let model = cell.model(&standard()).unwrap();
+    std::thread::scope(|scope| {
+        let controller = scope.spawn(|| {
+            let reference = Reference::new(&model, cell.first().unwrap(), Task::Dock);
+            let mut on_wire = OnWire::new(cell, reference).unwrap();
+            let mut served = Served::bind(&addresses).unwrap();
+            served.serve(&mut on_wire, PATIENCE, Duration::from_millis(500)).unwrap()
+        });
+        let clock = WallClock::new();
+        let ran = run(cell, &standard(), &Options { duration_s }, &mut wires).unwrap();
+        eprintln!("{} cycles over loopback in {:.0} ms", ran.cycles, clock.now().seconds() * 1e3);
+        assert!(controller.join().unwrap() >= ran.answered);
+        ran
+    })
+}
+
+#[test]
+fn over_loopback_a_run_is_the_same_to_the_last_bit() {
+    for (name, fault) in [
+        ("bench", ""),
+        ("pair", ""),
+        ("bench", "[[fault]]\nid = \"truncate\"\non = \"rsi-frame\"\nbytes = 30\nat = 20\n"),
+        ("bench", "[[fault]]\nid = \"drop\"\non = \"rsi-frame\"\nat = \"first-contact\"\nfor = 5\n"),
+        ("bench", "[[fault]]\nid = \"drop\"\non = \"rsi-reply\"\nat = 30\nfor = 200\n"),
+    ] {
+        let cell = cell(name, fault);
+        let (here, there) = (reference(&cell, 0.8), looped(&cell, 0.8));
+        assert_eq!(here.session, there.session, "{name} {fault}");
+        assert_eq!(
+            (here.cycles, here.answered, &here.stops),
+            (there.cycles, there.answered, &there.stops),
+            "{name} {fault}"
+        );
+    }
+}
+
+#[test]
+fn a_thousand_cycles_over_loopback_are_answered() {
+    let cell = cell("bench", "");
+    let clock = WallClock::new();
+    let here = reference(&cell, 4.0);
+    eprintln!("{} cycles in process in {:.0} ms", here.cycles, clock.now().seconds() * 1e3);
+    let there = looped(&cell, 4.0);
+    assert_eq!((there.cycles, there.answered), (1000, 1000));
+    assert_eq!(here.session, there.session);
+}
+
+#[test]
+fn a_controller_that_does_not_come_or_ends_is_said() {
+    let shell = Shell::new();
+    let test = |controller: &str| {
+        shell.run(&[
+            "test",
+            "--cell",
+            "bench",
+            "--wait",
+            "1",
+            "--controller",
+            &format!("{controller} # {{rsi}} {{ft}}"),
+        ])
+    };
+    for (controller, what) in [
+        ("./there-is-no-such-program", "cannot start"),
+        ("sh -c 'echo I am broken; exit 7'", "ended before it asked"),
+        ("sh -c 'exec sleep 1000'", "nobody asked the sensor"),
+    ] {
+        let ran = test(controller);
+        assert!(ran.exit == 2 && ran.err.contains(what), "{controller}: {} {}", ran.exit, ran.err);
+    }
+    assert!(test("sh -c 'echo I am broken; exit 7'").err.contains("I am broken"));
+    let unknown = shell.run(&["test", "--cell", "no-such-cell", "--controller", "reference"]);
+    assert!(unknown.exit == 2 && unknown.err.contains("one of: bench, pair"), "{}", unknown.err);
+}
