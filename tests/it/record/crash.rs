@@ -12,7 +12,7 @@ use std::io::{BufRead, BufReader, Write};
 use std::net::UdpSocket;
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::time::{Duration, SystemTime};
+use std::time::Duration;
 
 /// Names the file that the child of the kill test writes; without it the child's test does nothing else than look.
 const FILE: &str = "DOCKHIL_TEST_RECORD";
@@ -22,7 +22,7 @@ const LOST_NS_MAX: i64 = 300_000_000;
 
 fn unix_ns() -> i64 {
     #[expect(clippy::disallowed_types, reason = "what is lost is counted in real time")]
-    let since = SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap();
+    let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap();
     since.as_nanos() as i64
 }
 
@@ -94,7 +94,7 @@ fn a_killed_recorder_loses_at_most_0_3_s() {
             .spawn()
             .unwrap();
         let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
-        let port = lines.find_map(|line| Some(line.ok()?.strip_prefix("listening 127.0.0.1:")?.parse::<u16>().ok()?));
+        let port = lines.find_map(|line| line.ok()?.strip_prefix("listening 127.0.0.1:")?.parse::<u16>().ok());
         let lasts_ns = 500_000_000 + (random.uniform() * 700e6) as i64;
         let (answered, frames) = drive(port.unwrap(), &sensor, lasts_ns);
         // SIGKILL: nothing of the program runs after it.
@@ -143,7 +143,7 @@ fn record(out: impl Write) -> Result<(), String> {
         let at_ns = 1_700_000_000_000_000_000 + nth * 1_000_000;
         let times = Times { received_ns: at_ns, stamp_ns: at_ns };
         let part = nth as f64 * 1.1e-7;
-        live.wrench("/ft/wrench", times, &Wrench { force_n: [part.sin(), 0.0, part], torque_n_m: [0.0; 3] })
+        live.wrench("/ft/wrench", times, &Wrench { force_n: [libm::sin(part), 0.0, part], torque_n_m: [0.0; 3] })
             .map_err(words)?;
         if nth % 4 == 0 {
             let pose = Pose { position_m: [0.0, 0.0, part], orientation_xyzw: [0.0, 0.0, 0.0, 1.0] };

@@ -116,7 +116,7 @@ fn what_is_in_the_way_is_said() {
     // A second controller would be one more; a browser is none of the cell's business.
     capture.udp(truth.start_ns, "10.0.0.1:500", "10.0.0.9:53", b"?");
     capture.udp(truth.start_ns + 5_000_000, ROBOT, PC, b"<Rob Type=\"KUKA\"><RIst X=\"1,5\"");
-    std::fs::write(shell.path("c.pcap"), &capture.pcap()).unwrap();
+    std::fs::write(shell.path("c.pcap"), capture.pcap()).unwrap();
     let typed = ["import", "pcap", "DIR/c.pcap", "--cell", "bench", "--kind", "impact", "-o", "DIR/s.mcap"];
     let ran = shell.run(&typed);
     assert_eq!(ran.exit, 0, "{}", ran.err);

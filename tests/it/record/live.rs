@@ -119,7 +119,14 @@ fn a_peer_answers_every_frame_with_nothing() {
     assert_eq!(session.measured.unwrap().value.len() as u64, CYCLES);
     let commanded = session.commanded.unwrap();
     assert!(commanded.value.iter().all(|pose| (pose.position_m[2] + 0.008).abs() < 1e-12), "where RSI was started");
-    assert!(session.sensed.unwrap().value.iter().all(|wrench| wrench.force_n == [0.0, 0.0, 1.5]));
+    assert!(
+        session
+            .sensed
+            .unwrap()
+            .value
+            .iter()
+            .all(|wrench| wrench.force_n.map(f64::to_bits) == [0.0, 0.0, 1.5].map(f64::to_bits))
+    );
 }
 
 fn run_peer(
