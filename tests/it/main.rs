@@ -26,6 +26,7 @@ mod oracles;
 mod outputs;
 mod page;
 mod physics;
+mod record;
 mod recording;
 mod replay;
 mod rsi;

@@ -47,7 +47,7 @@ pub(super) fn note_capture<W: Write>(recorder: &mut Recorder<W>, tapped: &Tapped
 /// Why nothing was recorded.
 pub(super) fn nothing(outcome: &Outcome) -> Error {
     let Some(tapped) = &outcome.tapped else {
-        return Error::new(format!("no frame of a robot came in {:.1} s", outcome.summary.duration_s)).help(
+        return Error::new("no frame of a robot came").help(
             "start RSI on the robot; check IP_NUMBER and PORT in its configuration, and the firewall of this computer",
         );
     };

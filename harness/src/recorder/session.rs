@@ -116,7 +116,13 @@ impl<W: Write> Recorder<W> {
             )?;
         }
         match reported {
-            Some(reported) => self.place(Which::Measured, robot, times, reported),
+            Some(reported) => {
+                // A nozzle that nobody corrects is commanded to be where it is.
+                if self.nozzle == Some(robot) && self.robots[robot].replies == 0 {
+                    self.place(Which::Commanded, robot, times, reported)?;
+                }
+                self.place(Which::Measured, robot, times, reported)
+            }
             None => self.tell_once(
                 "pose-absent",
                 frame.received,
