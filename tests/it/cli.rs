@@ -117,7 +117,7 @@ fn every_number_of_a_model_is_checked() {
         ("damping_n_s_per_m = 6.0", "damping_n_s_per_m = nan", "contact.damping_n_s_per_m = NaN is not a number"),
         ("bias_n = 2.1", "bias_n = inf", "sensor.bias_n = inf is above"),
         ("white_sigma_n = 0.08", "white_sigma_n = -0.08", "sensor.white_sigma_n = -0.08 is below 0"),
-        ("physics_step_s = 0.001", "physics_step_s = 1e-10", "timing.physics_step_s = 0.0000000001 is below 0.000001"),
+        ("physics_step_s = 0.001", "physics_step_s = 1e-10", "timing.physics_step_s = 1e-10 is below 0.000001"),
         ("physics_step_s = 0.001", "physics_step_s = 0.0007", "is not a whole number of physics steps of 0.0007 s"),
         ("measurement_delay_s = 0.016", "measurement_delay_s = 16", "timing.measurement_delay_s = 16 is above 10"),
         ("command_delay_s = 0.016", "command_delay_s = 0.001", "is shorter than one loop period, 0.004 s"),

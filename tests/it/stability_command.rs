@@ -141,8 +141,17 @@ fn a_cell_with_six_axes_is_told_by_its_roots() {
     assert!(wall["reduced_mass_kg"].as_f64().unwrap() < 20.0 && wall["free_directions"] == 5, "{wall:#}");
     let (_, damped) = json(&shell, &[&model("olev-damped.toml")]);
     assert_eq!(damped["free_directions"], 3, "two axes more are damped: {damped:#}");
-    let chart = shell.run(&["stability", &model("olev.toml"), "--chart", "a,b", "--report", "DIR/r.html"]);
-    assert!(chart.exit == 2 && chart.err.contains("six axes has no chart"), "{}", chart.err);
+    let wrong = shell.run(&["stability", &model("olev.toml"), "--chart", "a,b", "--report", "DIR/r.html"]);
+    assert!(wrong.exit == 2 && wrong.err.contains("unknown parameter a"), "{}", wrong.err);
+    // Left of the margin it is stable, right of it it is not.
+    let edge_s = 0.016 + margin;
+    let chart = format!("timing.command_delay_s={}..{},contact.damping_n_s_per_m=69..71", edge_s - 1e-3, edge_s + 1e-3);
+    let swept = shell.run(&["stability", &model("planar-bodies.toml"), "--chart", &chart, "--sweep", "-"]);
+    assert_eq!(swept.exit, 0, "{}", swept.err);
+    let at_70 = |row: &&str| row.split(',').nth(1) == Some("70");
+    let stable: Vec<&str> = swept.out.lines().filter(at_70).map(|row| row.rsplit(',').next().unwrap()).collect();
+    assert_eq!((stable.len(), stable.first(), stable.last()), (41, Some(&"1"), Some(&"0")), "{}", swept.out);
+    assert_eq!(stable.iter().filter(|told| **told == "1").count(), 20, "the middle is the edge to 10 µs: {stable:?}");
 }
 
 #[test]

@@ -143,7 +143,8 @@ impl OneSided {
         if h == 0.0 {
             return Ok(Some(0.0));
         }
-        let most = (4.0 / h - libm::sqrt(k / m)) * m;
+        // The edge lies at the linear one, about k h, and up to a third above it: ten times as far there is none.
+        let most = ((4.0 / h - libm::sqrt(k / m)) * m).min(10.0 * k * h);
         let excess = |damping: f64| {
             let tried = OneSided { damping_n_s_per_m: damping, ..*self };
             Ok(tried.impact()?.restitution - 1.0)

@@ -138,6 +138,16 @@ mod tests {
         }
     }
 
+    /// A device preloaded too far pushes apart: `m s² + b s + k = 0` has a positive root, which a delay hardly moves.
+    #[test]
+    fn a_negative_stiffness_grows_at_every_delay() {
+        for felt_delay_s in [0.0, 1e-4, 0.002, 0.016, 0.1] {
+            let at = SpaceLoop { stiffness_n_per_m: -500.0, damping_n_s_per_m: 70.0, felt_delay_s, ..plates(0.155) };
+            let found = at.system().unwrap().rightmost(1).unwrap();
+            assert!(!found.stable() && found.roots[0].growth_per_s > 3.0, "{felt_delay_s}: {found:?}");
+        }
+    }
+
     #[test]
     fn virtual_damping_about_the_axis_damps_only_that() {
         let software = SpaceLoop { virtual_damping: [0.0, 0.0, 0.0, 0.0, 0.0, 2.0], ..plates(0.0) };

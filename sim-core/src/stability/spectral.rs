@@ -32,6 +32,8 @@ use crate::refusal::{Refusal, not_negative};
 use alloc::vec::Vec;
 use nalgebra::{Complex, DMatrix, DVector};
 
+/// Imaginary part that a real eigenvalue may have, over the largest one: a double one has the root of a rounding.
+const REAL: f64 = 1e-7;
 /// Nodes on the delay interval: at least, and at most (times the states, so that the matrix stays in reach).
 const NODES_MIN: f64 = 12.0;
 const SIZE_MAX: usize = 400;
@@ -137,7 +139,9 @@ impl DelayedSystem {
         let lost =
             Refusal { name: "size", value: generator.nrows() as f64, unit: "states", limit: "does not converge" };
         let mut starts = eigenvalues(generator).ok_or(lost)?;
-        starts.retain(|start| start.im >= 0.0);
+        // Conjugates count once. A real eigenvalue may come out a rounding of the largest below the axis: it must not get lost.
+        let rounding = REAL * starts.iter().copied().map(modulus).fold(0.0, f64::max);
+        starts.retain(|start| start.im >= -rounding);
         starts.sort_by(|a, b| b.re.total_cmp(&a.re).then(b.im.total_cmp(&a.im)));
         // Some starts more than asked for: Newton's method may change their order, and merges those that are one root. What
         // it does not settle on is no root but an artefact of the nodes, far to the left.
