@@ -7,7 +7,7 @@ use std::net::SocketAddr;
 /// Whose datagrams count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Lock {
-    /// The first sender of a valid datagram, until [`Endpoint::forget`]. A robot's side of RSI.
+    /// The first sender of a valid datagram, until `Endpoint::forget`. A robot's side of RSI.
     First,
     /// Whoever sent the latest valid datagram: it takes the stream away from the one before. A sensor.
     Latest,

@@ -4,7 +4,7 @@ use super::{OUTBOX_BYTES_MAX, PAYLOAD_BYTES_MAX};
 use std::io;
 use std::net::SocketAddr;
 
-/// What went wrong with a socket. Hostile or absent peers are no errors: they are [`Arrival`]s.
+/// What went wrong with a socket. Hostile or absent peers are no errors: they are `Arrival`s.
 #[derive(Debug, thiserror::Error)]
 pub enum NetError {
     /// Another program, or this one, has the port.
