@@ -26,6 +26,8 @@ pub(super) struct Run<'a, S: Space, R: Rig<S>, const EFFECTS: bool, const CLAMPE
     columns: Columns,
     /// Whether anything reads the robot's acceleration.
     accelerated: bool,
+    /// Whether effects look at the achieved motion.
+    seen: bool,
     /// Whether the read-back is looked at between the ticks of the loop.
     watched: bool,
     silent: bool,
@@ -59,6 +61,7 @@ impl<'a, S: Space, R: Rig<S>, const EFFECTS: bool, const CLAMPED: bool> Run<'a, 
             clamps,
             columns,
             accelerated,
+            seen: reads != Reads::Loads || !of.on[1].is_empty(),
             watched: columns.measured || reads != Reads::Loads || !of.on[2].is_empty(),
             silent: S::Wrench::silent(&start.noise),
             memories: Memories::new(of.effects, rates, start, &signals),
@@ -178,7 +181,7 @@ impl<'a, S: Space, R: Rig<S>, const EFFECTS: bool, const CLAMPED: bool> Run<'a, 
         let now_s = step.now.seconds();
         let achieved =
             if self.accelerated { robot.motion(&mut self.robot, now_s) } else { robot.pose(&mut self.robot, now_s) };
-        if EFFECTS || CLAMPED {
+        if CLAMPED || (EFFECTS && self.seen) {
             self.signals.achieved = achieved;
         }
         if !EFFECTS || self.of.on[1].is_empty() {
