@@ -75,6 +75,12 @@ impl Frames {
         self.waiting.extend_from_slice(bytes);
     }
 
+    /// Takes the next bytes and gives all documents that are whole now, or what was in their place.
+    pub fn documents(&mut self, bytes: &[u8]) -> Vec<Result<Vec<u8>, Malformed>> {
+        self.push(bytes);
+        core::iter::from_fn(|| self.next()).collect()
+    }
+
     /// Bytes that wait for the rest of their document.
     pub fn waiting(&self) -> usize {
         self.waiting.len()
@@ -106,7 +112,9 @@ impl Frames {
             return Some(Err(Malformed { at: 0, why: Why::NoRoot }));
         };
         if let Some(cut) = find_first(&self.waiting[..start], &STARTS) {
-            self.drop_front(start);
+            // The length of the next document stands before it, and stays.
+            let prefix = if self.expects_prefix { PREFIX_MAX } else { 0 };
+            self.drop_front(start.saturating_sub(prefix).max(cut + STARTS[0].len()));
             return Some(Err(Malformed { at: start - cut, why: Why::Truncated }));
         }
         if !core::mem::take(&mut self.reported)

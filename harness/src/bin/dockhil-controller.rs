@@ -75,7 +75,7 @@ fn serve(arguments: &Arguments) -> Result<u64, Error> {
     addresses.sensor = arguments.ft.unwrap_or(addresses.sensor);
     let controller = Reference::new(&model, cell.first()?, arguments.task);
     let mut on_wire = OnWire::new(&cell, controller)?;
-    let mut served = Served::bind(&addresses)?;
+    let mut served = Served::bind(&cell, &addresses)?;
     let (patience, silence) = (Duration::from_secs(arguments.wait), Duration::from_millis(arguments.silence));
     served.serve(&mut on_wire, patience, silence)
 }

@@ -7,7 +7,7 @@
 //!            facility (sim_core)                         satellites, compensator
 //!                   │                                              │
 //!  VirtualCell: rsi::Controller ×n, ft::Device   ◄─bytes─►   OnWire: rsi::Host ×n, ft::Sensor ── Controller
-//!                   └──────────── Peer: InProcess, or Wires ◄─UDP─► Served ┘
+//!                   └──────────── Peer: InProcess, or Wires ◄─UDP, TCP─► Served ┘
 //! ```
 //!
 //! | file | what it is |
@@ -17,7 +17,7 @@
 //! | `virtual_cell`, `faults`, `session` | the cell without a socket, what it gets wrong, and what was exchanged |
 //! | `controller`, `on_wire`, `pc` | controllers under test in SI, and their bytes |
 //! | `run` | one run: the cell and whoever is at the other end |
-//! | `wires`, `serve`, `process`, `clock` | the same over real sockets, with a program that is started and watched |
+//! | `wires`, `serve`, `link`, `process`, `clock` | the same over real sockets, with a program that is started and watched |
 //!
 //! In virtual time a run is a function of its files and of the controller's answers: the F/T packets of a cycle are sent before its
 //! frames, and the cell goes on when it has its answers.
@@ -28,6 +28,7 @@ mod config_check;
 pub mod controller;
 pub mod faults;
 pub mod frames;
+pub(crate) mod link;
 pub mod on_wire;
 mod parts;
 mod pc;

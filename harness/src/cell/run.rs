@@ -37,11 +37,11 @@ pub struct Answers {
 
 /// Somebody at the other end of the wires.
 pub trait Peer {
-    /// What it asks before the first cycle.
+    /// Makes the links, carries what the robot controllers send then, and brings what is asked before the first cycle.
     ///
     /// # Errors
     /// When there is nobody.
-    fn begin(&mut self, answers: &mut Answers) -> Result<(), Error>;
+    fn begin(&mut self, greetings: &[Packet], answers: &mut Answers) -> Result<(), Error>;
     /// Carries the packets of one cycle, in their order, and brings what comes back.
     ///
     /// # Errors
@@ -53,9 +53,9 @@ pub trait Peer {
 pub struct InProcess<C>(pub OnWire<C>);
 
 impl<C: Controller> Peer for InProcess<C> {
-    fn begin(&mut self, answers: &mut Answers) -> Result<(), Error> {
+    fn begin(&mut self, greetings: &[Packet], answers: &mut Answers) -> Result<(), Error> {
         self.0.start(&mut answers.requests);
-        Ok(())
+        greetings.iter().try_for_each(|packet| self.0.receive(packet.line, packet.at, &packet.bytes).map(drop))
     }
 
     fn exchange(&mut self, _cycle: u64, packets: &[Packet], answers: &mut Answers) -> Result<(), Error> {
@@ -169,7 +169,7 @@ impl Run<'_> {
         let mut cell = VirtualCell::new(self.cell, self.model, self.faults, &self.streams, facility)?;
         let (mut packets, mut answers, mut prints) = (Vec::new(), Answers::default(), Vec::new());
         let (probe, _) = self.cell.roles();
-        peer.begin(&mut answers)?;
+        peer.begin(&cell.greetings(), &mut answers)?;
         let mut answered = 0;
         for cycle in 0..self.cycles {
             answers.requests.drain(..).for_each(|request| cell.request(&request, &mut packets));

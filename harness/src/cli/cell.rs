@@ -134,7 +134,7 @@ impl Arguments {
         // What is wrong with the cell is said before anybody is waited for.
         cell.model(catalog)?;
         let addresses = Addresses::of(&cell);
-        let mut wires = Wires::bind(&addresses, self.timed.pace(&cell), self.timed.ready())?;
+        let mut wires = Wires::bind(&cell, &addresses, self.timed.pace(&cell), self.timed.ready())?;
         let robots: Vec<String> = addresses.robots.iter().map(ToString::to_string).collect();
         console.say(&format!("sensor at {}; frames go to {}\n", wires.sensor(), robots.join(" and ")));
         let ran = run(&cell, catalog, &self.running.options(), &mut wires)?;

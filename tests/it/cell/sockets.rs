@@ -21,14 +21,14 @@ fn looped(cell: &Cell, duration_s: f64) -> Ran {
     let free = || UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
     let robots = cell.config.robots.iter().map(|_| free()).collect();
     let mut addresses = Addresses { robots, sensor: "127.0.0.1:0".parse().unwrap() };
-    let mut wires = Wires::bind(&addresses, Pace::Virtual { patience: PATIENCE }, PATIENCE).unwrap();
+    let mut wires = Wires::bind(cell, &addresses, Pace::Virtual { patience: PATIENCE }, PATIENCE).unwrap();
     addresses.sensor = wires.sensor();
     let model = cell.model(&standard()).unwrap();
     std::thread::scope(|scope| {
         let controller = scope.spawn(|| {
             let reference = Reference::new(&model, cell.first().unwrap(), Task::Dock);
             let mut on_wire = OnWire::new(cell, reference).unwrap();
-            let mut served = Served::bind(&addresses).unwrap();
+            let mut served = Served::bind(cell, &addresses).unwrap();
             served.serve(&mut on_wire, PATIENCE, Duration::from_millis(500)).unwrap()
         });
         let clock = WallClock::new();
