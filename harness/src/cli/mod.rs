@@ -22,6 +22,7 @@ mod record;
 mod recorded;
 mod replay;
 mod run;
+mod shortfall;
 mod stability;
 mod test;
 

@@ -49,7 +49,8 @@ fn as_a_child_it_records_until_it_is_killed() {
     println!("\nlistening {}", peer.addresses()[0]);
     std::io::stdout().flush().unwrap();
     let clock = || Nanos(unix_ns());
-    peer.run(&mut devices, &mut recorder, &clock, Nanos(unix_ns() + 60_000_000_000)).unwrap();
+    let end = unix_ns() + 60_000_000_000;
+    peer.run(&mut devices, &mut recorder, &clock, &|| unix_ns() >= end).unwrap();
 }
 
 /// Sends frames and samples for this long; the time at which the last frame was answered, and how many were.
