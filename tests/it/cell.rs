@@ -2,6 +2,8 @@
 
 mod diagnosed;
 mod faults;
+mod krc2;
+mod relative;
 mod sockets;
 
 use harness::cell::controller::{Command, Controller, Reference, Seen, Task};

@@ -8,6 +8,7 @@ use harness::cell::on_wire::OnWire;
 use harness::cell::serve::Served;
 use harness::cell::wires::Addresses;
 use harness::error::Error;
+use std::collections::BTreeMap;
 use std::io::Write;
 use std::net::SocketAddr;
 use std::path::PathBuf;
@@ -46,9 +47,13 @@ struct Arguments {
 
 fn main() -> ExitCode {
     match serve(&Arguments::parse()) {
-        Ok(answered) => {
+        Ok((answered, events)) => {
+            let mut text = format!("{answered} frames answered\n");
+            for (class, count) in events {
+                text.push_str(&format!("{class}: {count}\n"));
+            }
             // Nobody can be told that standard output is closed.
-            let _ = writeln!(std::io::stdout(), "{answered} frames answered");
+            let _ = write!(std::io::stdout(), "{text}");
             ExitCode::SUCCESS
         }
         Err(error) => {
@@ -59,7 +64,8 @@ fn main() -> ExitCode {
     }
 }
 
-fn serve(arguments: &Arguments) -> Result<u64, Error> {
+/// Frames that were answered, and everything unusual by its class.
+fn serve(arguments: &Arguments) -> Result<(u64, BTreeMap<String, u64>), Error> {
     let mut cell = Cell::find(&arguments.cell)?;
     cell.config.start.velocity_m_per_s = arguments.velocity.unwrap_or(cell.config.start.velocity_m_per_s);
     if let Some(position_m) = arguments.position {
@@ -77,5 +83,6 @@ fn serve(arguments: &Arguments) -> Result<u64, Error> {
     let mut on_wire = OnWire::new(&cell, controller)?;
     let mut served = Served::bind(&cell, &addresses)?;
     let (patience, silence) = (Duration::from_secs(arguments.wait), Duration::from_millis(arguments.silence));
-    served.serve(&mut on_wire, patience, silence)
+    let answered = served.serve(&mut on_wire, patience, silence)?;
+    Ok((answered, on_wire.events))
 }

@@ -80,6 +80,8 @@ pub struct Ran {
     pub cycles: u64,
     /// Cycles with an answer for the probe's robot.
     pub answered: u64,
+    /// The other side left before the end.
+    pub left: bool,
     /// Robots that stopped, with what their controllers print.
     pub stops: Vec<(String, String)>,
     /// Events of the robot controllers, by class.
@@ -170,7 +172,7 @@ impl Run<'_> {
         let (mut packets, mut answers, mut prints) = (Vec::new(), Answers::default(), Vec::new());
         let (probe, _) = self.cell.roles();
         peer.begin(&cell.greetings(), &mut answers)?;
-        let mut answered = 0;
+        let (mut answered, mut left) = (0, false);
         for cycle in 0..self.cycles {
             answers.requests.drain(..).for_each(|request| cell.request(&request, &mut packets));
             cell.begin(&mut packets);
@@ -183,6 +185,7 @@ impl Run<'_> {
             answers.replies.drain(..).for_each(|(nth, bytes)| cell.reply(nth, &bytes));
             cell.end();
             packets.clear();
+            left = answers.gone && cycle + 1 < self.cycles && !cell.is_over();
             if answers.gone || cell.is_over() {
                 break;
             }
@@ -192,6 +195,7 @@ impl Run<'_> {
             session: cell.log.session(self.model, self.cell, cell.touched, self.late_s),
             cycles: prints.len() as u64,
             answered,
+            left,
             stops: cell.stops().into_iter().map(name).collect(),
             idle: cell.idle(),
             events: std::mem::take(&mut cell.events),
