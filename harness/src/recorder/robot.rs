@@ -17,7 +17,7 @@
 use super::clock::{DeviceClock, Lines};
 use crate::cell::frames::Reported;
 use crate::cell::{ModeName, RobotConfig};
-use drivers::rsi::{Frame, POSE, Telegram, parse};
+use drivers::rsi::{BadNumber, Frame, POSE, Telegram, parse};
 use std::collections::{BTreeMap, VecDeque};
 
 /// Frames that a reply may still answer; the controller takes the newest only. Chosen: a quarter of a second.
@@ -141,7 +141,7 @@ impl Robot {
         }
         asked.is_answered = true;
         let asked = *asked;
-        let correction = match telegram.six(&self.correction, POSE) {
+        let correction = match pose_of(telegram, &self.correction) {
             // Whatever it corrects, nothing is no motion.
             None if is_all_zero(telegram) && !(self.is_lost && self.mode == ModeName::Relative) => [0.0; 6],
             None => {
@@ -194,6 +194,24 @@ impl Robot {
             .map(|(key, value)| (format!("{}_{key}", self.name), value))
             .collect()
     }
+}
+
+/// X to C of an element; what it leaves out is zero. `None` where it has none of them.
+fn pose_of(telegram: &Telegram, tag: &str) -> Option<Result<[f64; 6], BadNumber>> {
+    let element = telegram.element(tag)?;
+    let values = POSE.map(|name| element.value(name).and_then(|_| telegram.number(tag, name)));
+    if values.iter().all(Option::is_none) {
+        return None;
+    }
+    let mut pose = [0.0; 6];
+    for (part, value) in pose.iter_mut().zip(values) {
+        match value {
+            Some(Ok(value)) => *part = value,
+            Some(Err(bad)) => return Some(Err(bad)),
+            None => {}
+        }
+    }
+    Some(Ok(pose))
 }
 
 /// Whether a reply corrects something, and all by zero.

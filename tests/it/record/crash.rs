@@ -54,7 +54,7 @@ fn as_a_child_it_records_until_it_is_killed() {
 }
 
 /// Sends frames and samples for this long; the time at which the last frame was answered, and how many were.
-fn drive(port: u16, sensor: &UdpSocket, lasts_ns: i64) -> (i64, usize) {
+pub fn drive(port: u16, sensor: &UdpSocket, lasts_ns: i64) -> (i64, usize) {
     let robot = UdpSocket::bind("127.0.0.1:0").unwrap();
     robot.connect(("127.0.0.1", port)).unwrap();
     robot.set_read_timeout(Some(Duration::from_secs(20))).unwrap();

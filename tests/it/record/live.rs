@@ -129,6 +129,55 @@ fn a_peer_answers_every_frame_with_nothing() {
     );
 }
 
+/// A stranger spoke first, then the robot comes, and comes again from another port: each is heard once the one before is silent.
+#[test]
+fn a_robot_that_comes_from_another_port_is_heard_when_the_one_before_is_silent() {
+    let sensor = socket();
+    let cell = cell(any(), sensor.local_addr().unwrap());
+    let mut devices = Devices::of(&cell, true).unwrap();
+    let mut peer = Peer::open(&cell, &devices, sensor_transport(&cell).unwrap()).unwrap();
+    let address = peer.addresses()[0];
+    let record = session_record(&cell, &standard(), Kind::FreeFlight, "peer").unwrap();
+    let robots = std::thread::spawn(move || {
+        let (mut buffer, mut ipoc, mut ignored) = ([0; 2048], 1000, 0);
+        for frames in [1, CYCLES, CYCLES] {
+            let robot = socket();
+            robot.set_read_timeout(Some(Duration::from_millis(20))).unwrap();
+            let mut answered = 0;
+            // Half a minute, if nobody listens.
+            for _ in 0..1500 {
+                ipoc += 4;
+                robot.send_to(&rob(ipoc, POSE, POSE), address).unwrap();
+                match robot.recv(&mut buffer) {
+                    Ok(_) => answered += 1,
+                    Err(_) => ignored += 1,
+                }
+                if answered == frames {
+                    break;
+                }
+            }
+            assert_eq!(answered, frames, "a new port is heard");
+        }
+        ignored
+    });
+    let mut out = Vec::new();
+    let mut recorder = Recorder::create(&mut out, &cell.config, &record, None).unwrap();
+    let ends = || robots.is_finished();
+    let now = clock(&|| false);
+    peer.run(&mut devices, &mut recorder, &now, &ends).unwrap();
+    let ignored = robots.join().unwrap();
+    let (_, summary) = recorder.finish().unwrap();
+    let seen = |class: &str| summary.events.get(&("chaser".to_owned(), class.to_owned())).copied().unwrap_or(0);
+    // Who was not answered in time was ignored; an answer may also have come late.
+    assert!(
+        ignored > 2 && seen("net-stranger") > 2 && seen("net-stranger") <= ignored,
+        "{ignored} {:?}",
+        summary.events
+    );
+    assert_eq!(seen("net-taken"), 2, "{:?}", summary.events);
+    assert!(summary.robots[0].1 > 2 * CYCLES, "{}", summary.robots[0].1);
+}
+
 fn run_peer(
     peer: &mut Peer,
     devices: &mut Devices,
