@@ -16,8 +16,9 @@ use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::os::fd::AsFd;
 use std::time::Duration;
 
-/// Silence after which another sender may take the place of a robot: over UDP that of `rsi-silent`. Chosen.
-const FORGET_UDP_NS: i64 = 100_000_000;
+/// Silence after which another sender may take the place of a robot: longer than that of `rsi-silent`, so that a computer which
+/// stumbles gives nothing away. Chosen.
+const FORGET_UDP_NS: i64 = 250_000_000;
 /// The same over TCP, where a new connection is not taken by mistake for an old one. Chosen.
 const FORGET_NS: i64 = 1_000_000_000;
 /// Connections that were closed at once and are reported one by one; beyond that they are only counted.

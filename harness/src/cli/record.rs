@@ -110,7 +110,7 @@ fn clock() -> impl Fn() -> Nanos {
 /// What takes part.
 enum Part {
     Peer(Peer),
-    Proxy(Proxy),
+    Proxy(Box<Proxy>),
     /// A capture, and what it is called.
     Tap(File, PathBuf),
 }
@@ -174,7 +174,7 @@ impl Arguments {
                     Some(address) => console.say(&format!("the sensor is at {address} for the PC\n")),
                     None => console.say("without --sensor-side the sensor is not recorded, and `compare` needs it\n"),
                 }
-                Ok(Part::Proxy(proxy))
+                Ok(Part::Proxy(Box::new(proxy)))
             }
             As::Tap => {
                 let path = self.pcap.as_deref().unwrap_or(Path::new("-"));

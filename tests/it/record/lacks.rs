@@ -3,7 +3,7 @@
 use super::import::{PC, ROBOT, SENSOR, SENSOR_CLIENT, capture, impact};
 use super::wire::{Capture, files, rdt, rob, sen};
 use crate::shell::{Ran, Shell};
-use std::net::UdpSocket;
+use std::net::{SocketAddr, UdpSocket};
 use std::time::Duration;
 
 const BEGIN_NS: i64 = 1_700_000_000_000_000_000;
@@ -196,6 +196,11 @@ fn what_does_not_go_together_is_refused_or_told() {
         assert!(ran.exit == 2 && flat(&ran.err).contains(what), "{}", ran.err);
         assert!(!shell.path("s.mcap").exists());
     }
+    // A virtual cell does not know the arm.
+    files(&shell, |text| text.replace("\"RKorr\"", "\"AK\""), |text| text.replace("RKorr.X", "AK.A1"));
+    let ran = shell.run(&["cell", "--cell", "DIR/cell.toml"]);
+    let what = "corrections of axes cannot be used here: it receives AK, RKorr";
+    assert!(ran.exit == 2 && flat(&ran.err).contains(what), "{}", ran.err);
     files(&shell, |text| text, |text| text);
     let ran = shell.run(&[&record[..], &["--as", "proxy", "--robot-side", "0.0.0.0:49152"]].concat());
     assert!(ran.exit == 2 && flat(&ran.err).contains("the proxy would send to itself"), "{}", ran.err);
@@ -222,31 +227,45 @@ fn what_does_not_go_together_is_refused_or_told() {
     assert!(session.believed["remark_1"].contains("port 49999"), "{:?}", session.believed);
 }
 
-/// A robot that goes on at once when it has its answer, whatever time its stamp says, as a virtual cell does.
-#[test]
-fn a_peer_of_a_cell_in_virtual_time_ends_with_an_error() {
-    let shell = Shell::new();
+/// The bench at free ports: the command's words, where the robot speaks to, and the sensor.
+fn live(shell: &Shell) -> (SocketAddr, UdpSocket) {
     let listen = UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
     let sensor = UdpSocket::bind("127.0.0.1:0").unwrap();
     let at = |text: String| {
         let text = text.replace("127.0.0.1:49152", &listen.to_string());
         text.replace("127.0.0.1:49153", &sensor.local_addr().unwrap().to_string())
     };
-    files(&shell, at, |text| text.replace("49152", &listen.port().to_string()));
-    let robot = std::thread::spawn(move || {
-        let robot = UdpSocket::bind("127.0.0.1:0").unwrap();
-        robot.set_read_timeout(Some(Duration::from_millis(100))).unwrap();
-        let (mut buffer, mut nth, mut silent) = ([0; 2048], 0, 0);
-        // Nobody is there before the command runs, and nobody after it has ended.
-        while silent < 200 && (nth < 50 || silent < 20) {
-            robot.send_to(&rob(1000 + 400 * nth, POSE, POSE), listen).unwrap();
-            match robot.recv(&mut buffer) {
-                Ok(_) => (nth, silent) = (nth + 1, 0),
-                Err(_) => silent += 1,
+    files(shell, at, |text| text.replace("49152", &listen.port().to_string()));
+    (listen, sensor)
+}
+
+/// A robot whose stamp goes on by so many ms, after so long; how many frames were answered.
+fn robot(listen: SocketAddr, step_ms: u64, pause: Duration) -> u64 {
+    let robot = UdpSocket::bind("127.0.0.1:0").unwrap();
+    robot.set_read_timeout(Some(Duration::from_millis(100))).unwrap();
+    let (mut buffer, mut nth, mut silent) = ([0; 2048], 0, 0);
+    // Nobody is there before the command runs, and nobody after it has ended.
+    while silent < 200 && (nth == 0 || silent < 5) {
+        robot.send_to(&rob(1000 + step_ms * nth, POSE, POSE), listen).unwrap();
+        match robot.recv(&mut buffer) {
+            Ok(_) => (nth, silent) = (nth + 1, 0),
+            Err(_) => {
+                // A closed port answers at once.
+                std::thread::sleep(Duration::from_millis(20));
+                silent += 1;
             }
         }
-        nth
-    });
+        std::thread::sleep(pause);
+    }
+    nth
+}
+
+/// It goes on at once when it has its answer, whatever time its stamp says, as a virtual cell does.
+#[test]
+fn a_peer_of_a_cell_in_virtual_time_ends_with_an_error() {
+    let shell = Shell::new();
+    let (listen, _sensor) = live(&shell);
+    let robot = std::thread::spawn(move || robot(listen, 400, Duration::ZERO));
     let record = ["record", "--cell", "DIR/cell.toml", "--kind", "impact", "-o", "DIR/s.mcap"];
     let ran = shell.run(&[&record[..], &["--duration-s", "30"]].concat());
     let answered = robot.join().unwrap();
@@ -254,4 +273,41 @@ fn a_peer_of_a_cell_in_virtual_time_ends_with_an_error() {
     let err = flat(&ran.err);
     assert!(ran.exit == 2 && err.contains("times as fast as this computer's"), "{err}");
     assert!(!shell.path("s.mcap").exists());
+}
+
+#[test]
+fn a_sensor_that_says_nothing_is_an_error_and_the_robot_is_kept() {
+    for length in [0, 24] {
+        let shell = Shell::new();
+        let (listen, sensor) = live(&shell);
+        let at = sensor.local_addr().unwrap();
+        let robot = std::thread::spawn(move || robot(listen, 4, Duration::from_millis(3)));
+        // It answers each start with something, or not at all.
+        let sensor = std::thread::spawn(move || {
+            sensor.set_read_timeout(Some(Duration::from_secs(20))).unwrap();
+            let mut buffer = [0; 64];
+            loop {
+                let (_, client) = sensor.recv_from(&mut buffer).unwrap();
+                if buffer[..4] == [0x12, 0x34, 0, 0] {
+                    return;
+                }
+                if length > 0 {
+                    sensor.send_to(&buffer[..length], client).unwrap();
+                }
+            }
+        });
+        let record = ["record", "--cell", "DIR/cell.toml", "--kind", "static", "-o", "DIR/s.mcap"];
+        let ran = shell.run(&[&record[..], &["--duration-s", "1"]].concat());
+        assert!(robot.join().unwrap() > 5);
+        sensor.join().unwrap();
+        let err = flat(&ran.err);
+        let what = if length > 0 {
+            format!("no reading of the sensor: from {at} came ")
+        } else {
+            format!("no reading of the sensor: nothing came from the sensor at {at}")
+        };
+        assert!(ran.exit == 2 && err.contains(&what), "{err}");
+        assert!(length == 0 || err.contains("of 24 bytes") && err.contains("rdt has datagrams of 36 bytes"), "{err}");
+        assert!(shell.path("s.mcap").exists());
+    }
 }
