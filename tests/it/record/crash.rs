@@ -20,7 +20,7 @@ const SENSOR: &str = "DOCKHIL_TEST_SENSOR";
 /// What may be lost.
 const LOST_NS_MAX: i64 = 300_000_000;
 
-fn unix_ns() -> i64 {
+pub fn unix_ns() -> i64 {
     #[expect(clippy::disallowed_types, reason = "what is lost is counted in real time")]
     let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap();
     since.as_nanos() as i64
