@@ -1,6 +1,7 @@
 //! The virtual cell: in process and over sockets the same, faults act as they say, and its recordings can be diagnosed.
 
 mod diagnosed;
+mod every_fault;
 mod faults;
 mod sockets;
 

@@ -40,7 +40,7 @@ fn free() -> SocketAddr {
 }
 
 fn wires(robot: SocketAddr) -> Wires {
-    let addresses = Addresses { robots: vec![robot], sensor: "127.0.0.1:0".parse().unwrap() };
+    let addresses = Addresses { robots: vec![robot], sensor: "127.0.0.1:0".parse().unwrap(), page: None };
     Wires::bind(&addresses, Pace::Virtual { patience: GENEROUS }, GENEROUS).expect("free ports")
 }
 
@@ -167,7 +167,7 @@ fn two_clients_in_python_share_the_virtual_cell() {
 fn check_third_party(python: &str, library: &str, sensor: &str) {
     const CYCLES: u64 = 10_000;
     let robot = free();
-    let addresses = Addresses { robots: vec![robot], sensor: sensor.parse().unwrap() };
+    let addresses = Addresses { robots: vec![robot], sensor: sensor.parse().unwrap(), page: None };
     let mut wires = Wires::bind(&addresses, Pace::Virtual { patience: GENEROUS }, GENEROUS).expect("free ports");
     let folder = tempfile::tempdir().unwrap();
     let config = folder.path().join("rsi.xml");

@@ -55,7 +55,7 @@ impl Served {
             let sockets: Vec<&dyn AsFd> =
                 self.robots.iter().chain([&self.sensor]).map(|one| one as &dyn AsFd).collect();
             wait(&sockets, LOOK).map_err(|error| Error::new(format!("cannot wait for the sockets: {error}")))?;
-            let heard = self.hear(&on_wire.lines())?;
+            let heard = self.hear(&on_wire.lines(), &mut arrivals)?;
             let came = !heard.is_empty();
             for (line, at, bytes) in heard {
                 let Some(answer) = on_wire.receive(line, at, &bytes)? else { continue };
@@ -64,7 +64,9 @@ impl Served {
                     answered += 1;
                 }
             }
-            arrivals.clear();
+            for class in arrivals.drain(..).filter_map(|arrival| arrival.class()) {
+                *on_wire.events.entry(class.to_owned()).or_default() += 1;
+            }
             on_wire.tick(clock.now(), &mut requests);
             let limit = if answered == 0 { patience } else { silence };
             if came {
@@ -77,7 +79,8 @@ impl Served {
 
     /// What has come: readings, then the frames of the nozzle's robot, then those of the probe's. They are read the other way
     /// round: when a frame is there, all that was sent before it is there too.
-    fn hear(&mut self, lines: &[Line]) -> Result<Vec<(Line, Nanos, Vec<u8>)>, Error> {
+    /// What else the sockets say goes to `others`.
+    fn hear(&mut self, lines: &[Line], others: &mut Vec<Arrival>) -> Result<Vec<(Line, Nanos, Vec<u8>)>, Error> {
         let clock = self.clock;
         let now = || clock.now();
         let mut heard = Vec::new();
@@ -91,7 +94,10 @@ impl Served {
             endpoint.receive(&now, &mut |bytes| is_frame(bytes), &mut arrivals).map_err(|error| failed(&error))?;
             let bytes = arrivals.drain(..).filter_map(|arrival| match arrival {
                 Arrival::Bytes { at, bytes, .. } | Arrival::Invalid { at, bytes, .. } => Some((line, at, bytes)),
-                _ => None,
+                other => {
+                    others.push(other);
+                    None
+                }
             });
             heard.push(bytes.collect::<Vec<_>>());
         }

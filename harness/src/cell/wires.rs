@@ -3,7 +3,7 @@
 //! | time | when a cycle ends |
 //! |---|---|
 //! | virtual | when every robot that was sent a frame has its answer; after `patience` without one, that answer counts as missing |
-//! | virtual, and a fault has changed a frame | the same, but after at most 50 ms: such a frame may have no answer |
+//! | virtual, and a fault has changed a frame or closed a port | the same, but after at most 50 ms: there may be no answer |
 //! | real | at its end, a cycle after the last one, whatever came |
 //!
 //! Within a cycle the F/T packets are sent before the frames. A datagram on loopback is in the receiver's socket when the call that
@@ -11,12 +11,17 @@
 
 use super::clock::WallClock;
 use super::config::Cell;
+use super::intruder::{Intruder, Sockets};
+use super::net_faults::NetFaults;
+use super::page_server::PageServer;
 use super::process::Started;
 use super::run::{Answers, Peer};
-use super::virtual_cell::{Line, Packet};
+use super::virtual_cell::{Line, Moment, Packet};
 use crate::error::Error;
-use drivers::net::{Arrival, Endpoint, Lock, NetError, wait};
+use drivers::fault::Stream;
+use drivers::net::{Arrival, Clock, Endpoint, Lock, NetError, wait};
 use sim_core::time::Nanos;
+use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::os::fd::AsFd;
 use std::time::Duration;
@@ -64,13 +69,15 @@ pub struct Addresses {
     pub robots: Vec<SocketAddr>,
     /// Where the sensor is.
     pub sensor: SocketAddr,
+    /// Where its page is, if it has one.
+    pub page: Option<SocketAddr>,
 }
 
 impl Addresses {
     /// As the cell says them.
     pub fn of(cell: &Cell) -> Self {
         let robots = cell.config.robots.iter().map(|robot| robot.listen).collect();
-        Addresses { robots, sensor: cell.config.sensor.address }
+        Addresses { robots, sensor: cell.config.sensor.address, page: cell.config.sensor.page }
     }
 }
 
@@ -92,7 +99,10 @@ pub(super) fn towards(address: SocketAddr) -> SocketAddr {
 /// See the module.
 pub struct Wires {
     robots: Vec<Endpoint>,
+    listens: Vec<SocketAddr>,
     sensor: Endpoint,
+    page: Option<PageServer>,
+    intruder: Intruder,
     clock: WallClock,
     pace: Pace,
     /// How long to wait for the controller to come.
@@ -116,7 +126,10 @@ impl Wires {
         let sensor = Endpoint::bind(addresses.sensor, Lock::Latest).map_err(|error| failed(&error))?;
         Ok(Wires {
             robots,
+            listens: addresses.robots.clone(),
             sensor,
+            page: addresses.page.map(PageServer::bind).transpose()?,
+            intruder: Intruder::default(),
             clock: WallClock::new(),
             pace,
             ready,
@@ -133,6 +146,11 @@ impl Wires {
         self.sensor.local()
     }
 
+    /// Where its page really is.
+    pub fn page(&self) -> Option<SocketAddr> {
+        self.page.as_ref().map(PageServer::local)
+    }
+
     /// Watches this program: when it ends, the run does.
     pub fn watch(&mut self, child: Started) {
         self.child = Some(child);
@@ -146,7 +164,9 @@ impl Wires {
     /// Looks at all sockets once, for at most `limit`.
     fn look(&mut self, limit: Duration, answers: &mut Answers) -> Result<(), Error> {
         let before = self.clock.now();
-        let sockets: Vec<&dyn AsFd> = self.robots.iter().chain([&self.sensor]).map(|one| one as &dyn AsFd).collect();
+        let page = self.page.iter().map(|page| page.listener() as &dyn AsFd);
+        let links = self.robots.iter().chain([&self.sensor]).map(|one| one as &dyn AsFd);
+        let sockets: Vec<&dyn AsFd> = links.chain(page).collect();
         wait(&sockets, limit.min(LOOK)).map_err(|error| Error::new(format!("cannot wait for the sockets: {error}")))?;
         self.waited_ns += (self.clock.now() - before).0;
         let clock = self.clock;
@@ -155,7 +175,9 @@ impl Wires {
             robot.receive(&now, &mut |_| true, &mut self.arrivals).map_err(|error| failed(&error))?;
             for arrival in self.arrivals.drain(..) {
                 match arrival {
+                    Arrival::Bytes { bytes, .. } if !self.intruder.hears(nth, &bytes) => {}
                     Arrival::Bytes { bytes, .. } => answers.replies.push((nth, bytes)),
+                    Arrival::Stranger { .. } => self.intruder.heard_stranger(),
                     // Nobody is bound there any more.
                     Arrival::Unreachable { .. } => answers.gone = true,
                     _ => {}
@@ -165,15 +187,45 @@ impl Wires {
         self.sensor
             .receive(&now, &mut |bytes| !bytes.is_empty(), &mut self.arrivals)
             .map_err(|error| failed(&error))?;
-        for arrival in self.arrivals.drain(..) {
-            if let Arrival::Bytes { bytes, .. } = arrival {
+        for arrival in std::mem::take(&mut self.arrivals) {
+            let Arrival::Bytes { bytes, from, .. } = arrival else { continue };
+            let (intruder, mut sockets) = self.disturbed(&now);
+            if intruder.asked(from, &bytes, &mut sockets)? {
                 answers.requests.push(bytes);
             }
+        }
+        let (intruder, mut sockets) = self.disturbed(&now);
+        intruder.tick(&mut sockets)?;
+        if let Some(page) = &mut self.page {
+            page.look(&now, &mut |number| self.intruder.faults.request(Stream::Http, number))?;
         }
         if self.child.as_mut().is_some_and(|child| child.has_ended()) {
             answers.gone = true;
         }
         Ok(())
+    }
+
+    fn disturbed<'s>(&'s mut self, clock: Clock<'s>) -> (&'s mut Intruder, Sockets<'s>) {
+        let Wires { intruder, robots, listens, sensor, .. } = self;
+        (intruder, Sockets { clock, robots, listens, sensor })
+    }
+
+    /// What faults do before the packets of this moment are sent.
+    fn disturb(&mut self, moment: &Moment, packets: &[Packet], answers: &mut Answers) -> Result<(), Error> {
+        let clock = self.clock;
+        let now = || clock.now();
+        let (intruder, mut sockets) = self.disturbed(&now);
+        intruder.open(&mut sockets)?;
+        let steals = intruder.steals(moment, &mut sockets)?;
+        if let Pace::Virtual { patience } = self.pace {
+            let end = clock.now() + nanos(patience);
+            // Time stands still until the thief's request is here, or the computer has noticed and asks again.
+            while self.intruder.awaits_request() != steals && clock.now() < end && !answers.gone {
+                self.look(LOOK, answers)?;
+            }
+        }
+        let (intruder, mut sockets) = self.disturbed(&now);
+        intruder.disturb(moment, packets, &mut sockets)
     }
 
     fn send(&mut self, packet: &Packet) -> Result<(), Error> {
@@ -218,9 +270,26 @@ impl Wires {
     }
 }
 
+fn nanos(time: Duration) -> Nanos {
+    Nanos(i64::try_from(time.as_nanos()).unwrap_or(i64::MAX / 2))
+}
+
 impl Peer for Wires {
+    fn equip(&mut self, cell: &Cell, faults: NetFaults) -> Result<(), Error> {
+        if let Some(page) = &mut self.page {
+            page.show(cell.sensor()?.page().map_err(|error| cell.sensor_error(&error))?);
+        }
+        self.intruder = Intruder::default();
+        self.intruder.faults = faults;
+        Ok(())
+    }
+
+    fn account(&mut self) -> (BTreeMap<&'static str, u64>, Vec<String>) {
+        (std::mem::take(&mut self.intruder.events), self.intruder.faults.idle())
+    }
+
     fn begin(&mut self, answers: &mut Answers) -> Result<(), Error> {
-        let limit = Nanos(i64::try_from(self.ready.as_nanos()).unwrap_or(i64::MAX));
+        let limit = nanos(self.ready);
         while answers.requests.is_empty() {
             if answers.gone {
                 return Err(Error::new("the controller ended before it asked for the sensor's stream")
@@ -238,15 +307,17 @@ impl Peer for Wires {
         Ok(())
     }
 
-    fn exchange(&mut self, cycle: u64, packets: &[Packet], answers: &mut Answers) -> Result<(), Error> {
+    fn exchange(&mut self, moment: &Moment, packets: &[Packet], answers: &mut Answers) -> Result<(), Error> {
+        self.disturb(moment, packets, answers)?;
+        let cycle = moment.cycle;
         let begun = *self.begun.get_or_insert_with(|| self.clock.now());
         let mut expected = vec![false; self.robots.len()];
         let now = self.clock.now();
         let end = match self.pace {
             Pace::Virtual { patience } => {
-                let is_sound = packets.iter().all(|packet| packet.is_sound);
+                let is_sound = packets.iter().all(|packet| packet.is_sound) && !self.intruder.is_in_doubt();
                 let limit = if is_sound { patience } else { patience.min(DOUBT) };
-                now + Nanos(i64::try_from(limit.as_nanos()).unwrap_or(i64::MAX / 2))
+                now + nanos(limit)
             }
             Pace::Real(period) => {
                 let late_ns = (now - begun).0 - cycle as i64 * period.0;

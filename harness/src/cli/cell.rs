@@ -136,7 +136,8 @@ impl Arguments {
         let addresses = Addresses::of(&cell);
         let mut wires = Wires::bind(&addresses, self.timed.pace(&cell), self.timed.ready())?;
         let robots: Vec<String> = addresses.robots.iter().map(ToString::to_string).collect();
-        console.say(&format!("sensor at {}; frames go to {}\n", wires.sensor(), robots.join(" and ")));
+        let page = wires.page().map(|page| format!(", its page at {page}")).unwrap_or_default();
+        console.say(&format!("sensor at {}{page}; frames go to {}\n", wires.sensor(), robots.join(" and ")));
         let ran = run(&cell, catalog, &self.running.options(), &mut wires)?;
         if self.timed.real_time {
             console.print(&kept(&wires.timing, cell.config.time.cycle_s));

@@ -6,36 +6,55 @@ use harness::cell::Cell;
 use harness::cell::clock::WallClock;
 use harness::cell::controller::{Reference, Task};
 use harness::cell::on_wire::OnWire;
+use harness::cell::page_reader::check_page;
 use harness::cell::run::{Options, Ran, run};
 use harness::cell::serve::Served;
 use harness::cell::wires::{Addresses, Pace, Wires};
 use sim_core::effects::standard;
+use std::collections::BTreeMap;
 use std::net::UdpSocket;
 use std::time::Duration;
 
 /// The longest wait: a machine that is busy is no failure.
 const PATIENCE: Duration = Duration::from_secs(60);
 
+/// What is left of a run over loopback.
+pub struct Looped {
+    pub ran: Ran,
+    /// What the computer reported, by class.
+    pub events: BTreeMap<String, u64>,
+    /// Frames that the computer answered.
+    pub answered: u64,
+}
+
 /// A run with the reference controller in a thread of its own, behind sockets.
-fn looped(cell: &Cell, duration_s: f64) -> Ran {
+pub fn looped(cell: &Cell, duration_s: f64) -> Looped {
     let free = || UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
     let robots = cell.config.robots.iter().map(|_| free()).collect();
-    let mut addresses = Addresses { robots, sensor: "127.0.0.1:0".parse().unwrap() };
+    let mut addresses = Addresses { robots, sensor: "127.0.0.1:0".parse().unwrap(), page: cell.config.sensor.page };
     let mut wires = Wires::bind(&addresses, Pace::Virtual { patience: PATIENCE }, PATIENCE).unwrap();
     addresses.sensor = wires.sensor();
+    addresses.page = wires.page();
     let model = cell.model(&standard()).unwrap();
     std::thread::scope(|scope| {
         let controller = scope.spawn(|| {
             let reference = Reference::new(&model, cell.first().unwrap(), Task::Dock);
+            let mut events = BTreeMap::new();
+            if let Some(page) = addresses.page {
+                check_page(cell, page, &mut events).unwrap();
+            }
             let mut on_wire = OnWire::new(cell, reference).unwrap();
             let mut served = Served::bind(&addresses).unwrap();
-            served.serve(&mut on_wire, PATIENCE, Duration::from_millis(500)).unwrap()
+            let answered = served.serve(&mut on_wire, PATIENCE, Duration::from_millis(500)).unwrap();
+            events.append(&mut on_wire.events);
+            (answered, events)
         });
         let clock = WallClock::new();
         let ran = run(cell, &standard(), &Options { duration_s }, &mut wires).unwrap();
         eprintln!("{} cycles over loopback in {:.0} ms", ran.cycles, clock.now().seconds() * 1e3);
-        assert!(controller.join().unwrap() >= ran.answered);
-        ran
+        let (answered, events) = controller.join().unwrap();
+        assert!(answered >= ran.answered);
+        Looped { ran, events, answered }
     })
 }
 
@@ -49,7 +68,7 @@ fn over_loopback_a_run_is_the_same_to_the_last_bit() {
         ("bench", "[[fault]]\nid = \"drop\"\non = \"rsi-reply\"\nat = 30\nfor = 200\n"),
     ] {
         let cell = cell(name, fault);
-        let (here, there) = (reference(&cell, 0.8), looped(&cell, 0.8));
+        let (here, there) = (reference(&cell, 0.8), looped(&cell, 0.8).ran);
         assert_eq!(here.session, there.session, "{name} {fault}");
         assert_eq!(
             (here.cycles, here.answered, &here.stops),
@@ -65,7 +84,7 @@ fn a_thousand_cycles_over_loopback_are_answered() {
     let clock = WallClock::new();
     let here = reference(&cell, 4.0);
     eprintln!("{} cycles in process in {:.0} ms", here.cycles, clock.now().seconds() * 1e3);
-    let there = looped(&cell, 4.0);
+    let there = looped(&cell, 4.0).ran;
     assert_eq!((there.cycles, there.answered), (1000, 1000));
     assert_eq!(here.session, there.session);
 }
