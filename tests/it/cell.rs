@@ -3,6 +3,7 @@
 mod diagnosed;
 mod every_fault;
 mod faults;
+mod hostile;
 mod sockets;
 
 use harness::cell::controller::{Command, Controller, Reference, Seen, Task};
