@@ -285,6 +285,7 @@ pub struct Listener {
     socket: TcpListener,
     local: SocketAddr,
     refused: u64,
+    last_refused: Option<SocketAddr>,
 }
 
 impl Listener {
@@ -295,7 +296,7 @@ impl Listener {
         let socket = TcpListener::bind(address).map_err(|source| bound("TCP", address, source))?;
         socket.set_nonblocking(true).map_err(failed("set"))?;
         let local = socket.local_addr().map_err(failed("name"))?;
-        Ok(Listener { socket, local, refused: 0 })
+        Ok(Listener { socket, local, refused: 0, last_refused: None })
     }
 
     /// Where it is bound.
@@ -308,12 +309,20 @@ impl Listener {
         self.refused
     }
 
+    /// Who was closed last in this way.
+    pub fn last_refused(&self) -> Option<SocketAddr> {
+        self.last_refused
+    }
+
     /// The next connection, if one waits. While `busy`, whoever comes is closed at once and counted.
     pub fn accept(&mut self, busy: bool) -> Result<Option<Connection>, NetError> {
         loop {
             match self.socket.accept() {
                 // Dropping it closes it.
-                Ok(_) if busy => self.refused += 1,
+                Ok((_, from)) if busy => {
+                    self.refused += 1;
+                    self.last_refused = Some(from);
+                }
                 Ok((stream, peer)) => return Connection::new(stream, peer).map(Some),
                 Err(error) if error.kind() == ErrorKind::WouldBlock => return Ok(None),
                 // The other side left before it was accepted: the next one may be there.

@@ -4,6 +4,8 @@ mod diagnosed;
 mod every_fault;
 mod faults;
 mod hostile;
+mod krc2;
+mod relative;
 mod sockets;
 
 use harness::cell::controller::{Command, Controller, Reference, Seen, Task};

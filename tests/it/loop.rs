@@ -1,6 +1,7 @@
 //! The loop itself: what a step may cost, what a run may leave out, and what it refuses.
 
 mod along;
+mod facility;
 mod space;
 
 use sim_core::closed_loop::{Clamps, ClosedLoop, Start};

@@ -5,7 +5,6 @@ mod bodies;
 mod calibration;
 mod capture;
 mod cell;
-mod cell_facility;
 mod cli;
 mod clocks;
 mod compare;

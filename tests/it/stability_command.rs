@@ -2,7 +2,7 @@
 
 use super::shell::Shell;
 use serde_json::Value;
-use sim_core::stability::exact::critical_delay;
+use sim_core::stability::exact::{critical_delay, damping_interval};
 
 fn json(shell: &Shell, args: &[&str]) -> (u8, Value) {
     let args: Vec<&str> = ["stability"].iter().chain(args).chain(&["--json", "-"]).copied().collect();
@@ -133,7 +133,7 @@ fn a_cell_with_six_axes_is_told_by_its_roots() {
     let table: toml::Table = text.parse().unwrap();
     let contact = |key: &str| table["contact"][key].as_float().unwrap();
     let edge = critical_delay(mass, contact("stiffness_n_per_m"), contact("damping_n_s_per_m")).unwrap();
-    let margin = planar["delay_margin_s"].as_f64().unwrap();
+    let margin = planar["delay_margin"]["distance"].as_f64().unwrap();
     // The search halves down to 10 µs.
     assert!((margin - (edge.delay_s - 0.018)).abs() < 2e-5, "{margin} {edge:?}");
     // Against the wall of a cone the lever arms make the contact light: less margin than along the axis.
@@ -154,6 +154,40 @@ fn a_cell_with_six_axes_is_told_by_its_roots() {
     // The middle is the edge to 10 µs, of steps of 50 µs: it may fall on either side.
     let count = stable.iter().filter(|told| **told == "1").count();
     assert!(count == 20 || count == 21, "{stable:?}");
+}
+
+#[test]
+fn a_cell_with_six_axes_has_a_budget_and_margins_of_damping() {
+    let shell = Shell::new();
+    let text = std::fs::read_to_string(fixtures::folder().join("scenarios/models/planar-bodies.toml")).unwrap();
+    assert_eq!(text.matches("damping_n_s_per_m = 70.0").count(), 1, "{text}");
+    let told = |damping: f64| {
+        shell.write("m.toml", &text.replace("damping_n_s_per_m = 70.0", &format!("damping_n_s_per_m = {damping:?}")));
+        let (_, value) = json(&shell, &["DIR/m.toml"]);
+        (value, shell.run(&["stability", "DIR/m.toml"]).out)
+    };
+    let distance = |value: &Value, side: &str| value[side]["distance"].as_f64().unwrap();
+    // Along its normal the planar case is one delay: the closed form tells both edges. The search halves a step 2^10 times.
+    let (value, _) = told(70.0);
+    let (mass, delay_s) = (value["reduced_mass_kg"].as_f64().unwrap(), value["delay_s"].as_f64().unwrap());
+    assert!((delay_s - 0.018).abs() < 1e-12, "{value:#}");
+    let edges = damping_interval(mass, 3000.0, delay_s).unwrap().unwrap();
+    let (low, high) = (distance(&value, "damping_margin_low"), distance(&value, "damping_margin_high"));
+    assert!((70.0 - low - edges.low_n_s_per_m).abs() < 0.02, "{low} {edges:?}");
+    assert!((70.0 + high - edges.high_n_s_per_m).abs() < 0.2, "{high} {edges:?}");
+    let lines = value["budget"].as_array().unwrap();
+    let sum = |key: &str| lines.iter().map(|line| line[key].as_f64().unwrap()).sum::<f64>();
+    assert!((sum("contribution_s") - delay_s).abs() < 1e-12);
+    assert!((sum("damping_n_s_per_m") - edges.low_n_s_per_m).abs() < 1e-9, "{value:#}");
+    let (few, words) = told(20.0);
+    assert!((distance(&few, "damping_margin_low") - (20.0 - edges.low_n_s_per_m)).abs() < 0.05, "{few:#}");
+    assert!(
+        words.contains("of damping along the normal are missing") && words.contains("To make it stable"),
+        "{words}"
+    );
+    let (many, words) = told(2000.0);
+    assert!((distance(&many, "damping_margin_high") - (edges.high_n_s_per_m - 2000.0)).abs() < 0.3, "{many:#}");
+    assert!(words.contains("of damping along the normal are too much"), "{words}");
 }
 
 #[test]

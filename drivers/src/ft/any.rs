@@ -1,7 +1,7 @@
 //! A sensor, or a device, of any protocol.
 
 use super::client::Client;
-use super::{Device, Disturbance, Event, Sensor, Tally, Unable};
+use super::{Bench, Device, Disturbance, Event, Sensor, Tally, Unable};
 use super::{bota, optoforce, rdt, record, robotiq, schunk};
 use core::net::SocketAddr;
 use sim_core::time::Nanos;
@@ -123,12 +123,8 @@ impl Device for AnyDevice {
         self.inner_mut().sample(force_n, torque_n_m, out);
     }
 
-    fn client(&self) -> Option<SocketAddr> {
-        self.inner().client()
-    }
-
-    fn streams(&self) -> bool {
-        self.inner().streams()
+    fn bench(&self) -> &Bench {
+        self.inner().bench()
     }
 
     fn disturb(&mut self, disturbance: Disturbance) -> Result<(), Unable> {

@@ -1,6 +1,7 @@
 //! What every device's side shares: its load, its zero, who listens, and the faults that need no protocol.
 
-use super::Disturbance;
+use super::{Disturbance, Unable};
+use crate::units::SensorScale;
 use core::net::SocketAddr;
 
 /// The parts of a device that are the same in every protocol.
@@ -66,6 +67,12 @@ impl Bench {
         }
         true
     }
+}
+
+/// The scale that a test dictates.
+pub(super) fn scale(counts_per_n: f64, counts_per_n_m: f64) -> Result<SensorScale, Unable> {
+    let unable = Unable { what: "count with a scale that is not finite and above zero" };
+    SensorScale::new(counts_per_n, counts_per_n_m).ok_or(unable)
 }
 
 /// A counter of the device that runs at its own rate beside the samples of the stream.

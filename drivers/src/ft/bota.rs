@@ -242,12 +242,8 @@ impl Device for BotaDevice {
         out.push(record);
     }
 
-    fn client(&self) -> Option<SocketAddr> {
-        self.bench.client
-    }
-
-    fn streams(&self) -> bool {
-        self.bench.streams
+    fn bench(&self) -> &Bench {
+        &self.bench
     }
 
     fn disturb(&mut self, disturbance: Disturbance) -> Result<(), Unable> {

@@ -37,6 +37,7 @@ mod status;
 mod tests;
 
 pub use any::{AnyDevice, AnySensor};
+pub use bench::Bench;
 pub use calibration::{Calibration, PageError};
 pub use checksum::Checksum;
 pub use client::{Client, Counters, Found, Reading, Wire};
@@ -91,10 +92,17 @@ pub trait Device {
     fn sample(&mut self, force_n: [f64; 3], torque_n_m: [f64; 3], out: &mut Vec<Vec<u8>>);
 
     /// Who asked last for the stream; `None` if nobody did, or if the caller named no peer.
-    fn client(&self) -> Option<SocketAddr>;
+    fn client(&self) -> Option<SocketAddr> {
+        self.bench().client
+    }
 
     /// Whether samples go out.
-    fn streams(&self) -> bool;
+    fn streams(&self) -> bool {
+        self.bench().streams
+    }
+
+    /// What it has in common with every other device.
+    fn bench(&self) -> &Bench;
 
     /// Does something wrong from the next sample on.
     ///

@@ -19,7 +19,7 @@
 //! | 10..=12 | 1 sensor not detected, 2 sensor failure |
 //! | 13..=15 | 1 converter (DAQ) failure, 2 communication failure |
 
-use super::bench::{Bench, Ticks};
+use super::bench::{self, Bench, Ticks};
 use super::client::{Counters, Found, Reading, Wire};
 use super::event::{Health, Malformed};
 use super::rdt::{RECORD, Record, parse_request, request};
@@ -233,12 +233,8 @@ impl Device for OptoForceDevice {
         self.bench.streams = self.left != Some(0);
     }
 
-    fn client(&self) -> Option<SocketAddr> {
-        self.bench.client
-    }
-
-    fn streams(&self) -> bool {
-        self.bench.streams
+    fn bench(&self) -> &Bench {
+        &self.bench
     }
 
     fn disturb(&mut self, disturbance: Disturbance) -> Result<(), Unable> {
@@ -246,8 +242,7 @@ impl Device for OptoForceDevice {
             Disturbance::Sequence(next) => self.sequence = (next as u32).wrapping_sub(1),
             Disturbance::Clock(at) => self.ticks.count = at,
             Disturbance::Scale { counts_per_n, counts_per_n_m } => {
-                let scale = SensorScale::new(counts_per_n, counts_per_n_m);
-                self.scale = scale.ok_or(Unable { what: "count with a scale that is not finite and above zero" })?;
+                self.scale = bench::scale(counts_per_n, counts_per_n_m)?;
             }
             other => {
                 self.bench.disturb(other);

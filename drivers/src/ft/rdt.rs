@@ -18,7 +18,7 @@
 //!
 //! Not covered: the multi-unit start is sent and taken as a plain start.
 
-use super::bench::{Bench, Ticks};
+use super::bench::{self, Bench, Ticks};
 use super::client::{Counters, Found, Reading, Wire};
 use super::event::{Health, Malformed};
 use super::status::Model;
@@ -291,12 +291,8 @@ impl Device for RdtDevice {
         }
     }
 
-    fn client(&self) -> Option<SocketAddr> {
-        self.bench.client
-    }
-
-    fn streams(&self) -> bool {
-        self.bench.streams
+    fn bench(&self) -> &Bench {
+        &self.bench
     }
 
     fn disturb(&mut self, disturbance: Disturbance) -> Result<(), Unable> {
@@ -304,8 +300,7 @@ impl Device for RdtDevice {
             Disturbance::Sequence(next) => self.rdt_sequence = (next as u32).wrapping_sub(1),
             Disturbance::Clock(at) => self.ticks.count = at,
             Disturbance::Scale { counts_per_n, counts_per_n_m } => {
-                let scale = SensorScale::new(counts_per_n, counts_per_n_m);
-                self.scale = scale.ok_or(Unable { what: "count with a scale that is not finite and above zero" })?;
+                self.scale = bench::scale(counts_per_n, counts_per_n_m)?;
             }
             other => {
                 self.bench.disturb(other);

@@ -180,12 +180,8 @@ impl Device for RobotiqDevice {
         out.push(sealed(&record));
     }
 
-    fn client(&self) -> Option<SocketAddr> {
-        self.bench.client
-    }
-
-    fn streams(&self) -> bool {
-        self.bench.streams
+    fn bench(&self) -> &Bench {
+        &self.bench
     }
 
     fn disturb(&mut self, disturbance: Disturbance) -> Result<(), Unable> {

@@ -207,12 +207,8 @@ impl Device for SchunkDevice {
         out.push(message(counter, &body));
     }
 
-    fn client(&self) -> Option<SocketAddr> {
-        self.bench.client
-    }
-
-    fn streams(&self) -> bool {
-        self.bench.streams
+    fn bench(&self) -> &Bench {
+        &self.bench
     }
 
     fn disturb(&mut self, disturbance: Disturbance) -> Result<(), Unable> {

@@ -68,20 +68,6 @@ pub enum Arrival {
     },
 }
 
-impl Arrival {
-    /// Stable name of what went wrong: what a fault of the network is seen as from here.
-    pub fn class(&self) -> Option<&'static str> {
-        match self {
-            Arrival::Stranger { .. } => Some("net-stranger"),
-            Arrival::Taken { .. } => Some("net-taken"),
-            Arrival::Unreachable { .. } => Some("net-unreachable"),
-            Arrival::Closed { .. } => Some("net-closed"),
-            // Bytes that are not valid have a decoder to name them.
-            Arrival::Bytes { .. } | Arrival::Invalid { .. } => None,
-        }
-    }
-}
-
 /// How often something happened since the start.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Counts {

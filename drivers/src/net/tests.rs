@@ -222,6 +222,7 @@ fn one_connection_at_a_time_both_ways_until_it_closes() {
     assert!(wait(&[&listener], GENEROUS).expect("poll works")[0]);
     assert!(listener.accept(true).expect("an accept").is_none());
     assert_eq!((listener.refused(), second.read(&mut [0; 8]).expect("the end")), (1, 0));
+    assert_eq!(listener.last_refused(), second.local_addr().ok());
 
     let (clock, mut arrivals) = (ticking(), Vec::new());
     for _ in 0..3 {

@@ -158,8 +158,18 @@ impl Host {
 
     /// Takes a datagram with any number of documents.
     pub fn receive_datagram(&mut self, now: Nanos, datagram: &[u8], events: &mut Vec<Event>) -> Vec<Frame> {
+        self.receive_documents(now, frames::split(datagram), events)
+    }
+
+    /// Takes the documents that came at once.
+    pub fn receive_documents(
+        &mut self,
+        now: Nanos,
+        documents: Vec<Result<Vec<u8>, Malformed>>,
+        events: &mut Vec<Event>,
+    ) -> Vec<Frame> {
         let mut frames = Vec::new();
-        for document in frames::split(datagram) {
+        for document in documents {
             match document {
                 Ok(document) => frames.extend(self.receive(now, &document, events)),
                 Err(problem) => self.malformed(problem, events),

@@ -3,7 +3,10 @@
 //! TOML, units in the keys, unknown keys refused with their place. Wire units (mm, deg) stand where a robot controller counts in
 //! them; all else is SI. Paths are seen from the folder of the file.
 //!
-//! `[time]`, `[start]`, `[[fault]]`, `seed`, `limits` and `late` are for the virtual cell; a recorder of a real one ignores them.
+//! How a robot's documents travel stands in its Ethernet configuration alone: with `<PROTOCOL>TCP</PROTOCOL>` (KRC2) the robot
+//! connects to `listen`, otherwise it sends datagrams there; `<PROTCOLLENGTH>On</PROTCOLLENGTH>` puts a length before each document.
+//!
+//! `[time]`, `[start]`, `[[fault]]`, `seed`, `frame_bytes`, `limits` and `late` are for the virtual cell; a recorder of a real one ignores them.
 
 use crate::error::Error;
 use crate::model::parsed;
@@ -125,7 +128,7 @@ pub struct RobotConfig {
     pub carries: Carries,
     /// Its Ethernet configuration.
     pub rsi: String,
-    /// Where the PC is bound; the virtual controller sends there.
+    /// Where the PC is bound, or listens if the robot speaks TCP; the virtual controller sends there.
     pub listen: SocketAddr,
     /// Its controller.
     #[serde(default)]
@@ -142,6 +145,9 @@ pub struct RobotConfig {
     /// Digits after the point, both ways.
     #[serde(default = "decimals")]
     pub decimals: u8,
+    /// Virtual controller: fewest bytes of a frame; NUL fills it up.
+    #[serde(default)]
+    pub frame_bytes: usize,
     /// The robot's BASE in the laboratory, with its rail at zero.
     #[serde(default)]
     pub base: PlaceConfig,

@@ -10,6 +10,8 @@ const CYCLE_S: [f64; 2] = [0.001, 0.1];
 const PLACE_MAX_M: f64 = 100.0;
 /// Most digits after the point that a robot controller takes.
 const DECIMALS_MAX: u8 = 12;
+/// Longest document.
+const FRAME_BYTES_MAX: usize = 65_536;
 /// A direction is of length 1 to this.
 const UNIT: f64 = 1e-6;
 
@@ -89,6 +91,10 @@ fn wrong(robot: &RobotConfig) -> Option<(&'static str, String, &'static str)> {
     if robot.decimals > DECIMALS_MAX {
         let what = format!("decimals = {} is above {DECIMALS_MAX}", robot.decimals);
         return Some(("decimals", what, "give the digits after the point; controllers are set to 1, 4 or 6"));
+    }
+    if robot.frame_bytes > FRAME_BYTES_MAX {
+        let what = format!("frame_bytes = {} is above {FRAME_BYTES_MAX}", robot.frame_bytes);
+        return Some(("frame_bytes", what, "give the bytes of the controller's buffer; 2048 have been seen"));
     }
     for (key, place) in [("base", &robot.base), ("interface", &robot.interface)] {
         if let Some(value) = place.position_m.iter().find(|value| beyond(**value, PLACE_MAX_M)) {

@@ -4,10 +4,12 @@
 //! error of the run, since a run that passes then says nothing about it. What needs another socket: [`super::net_faults`].
 
 use super::config::Cell;
+use super::net_faults::is_on_links;
 use crate::error::Error;
 use crate::model::{List, Model, RigKind, check_effects, place};
 use crate::scenario::{Fault, FaultModel, acting};
 use drivers::fault::{Action, At, Stream, WireFault};
+use drivers::rsi::Transport;
 use sim_core::effect::{Attached, Catalog, Context, Effect, Rates, Reads};
 use sim_core::signals::{ContactForce, Received, Signals};
 use sim_core::space::{Axis, AxisMotion, AxisTouch};
@@ -44,7 +46,7 @@ impl Faults {
                 let fault = table.clone().try_into::<WireFault>();
                 let help = "see the streams and parameters of each fault in the documentation of drivers::fault";
                 let fault = fault.map_err(|error| refuse(error.message().replace('\n', " "), help))?;
-                if let Some((what, help)) = impossible(&fault, cell) {
+                if let Some((what, help)) = impossible(&fault, cell)? {
                     return Err(refuse(what, help));
                 }
                 if fault.robot.as_ref().is_some_and(|name| cell.config.robots.iter().all(|robot| robot.name != *name)) {
@@ -70,21 +72,29 @@ impl Faults {
 }
 
 /// Why the cell cannot do this fault, and what to do.
-fn impossible(fault: &WireFault, cell: &Cell) -> Option<(String, &'static str)> {
+fn impossible(fault: &WireFault, cell: &Cell) -> Result<Option<(String, &'static str)>, Error> {
     let (id, on) = (fault.id(), fault.on.id());
+    let robots = cell.config.robots.iter();
+    let nth = robots.enumerate().find(|(_, robot)| fault.robot.as_ref().is_none_or(|name| *name == robot.name));
+    let is_stream = nth.map(|(nth, _)| cell.ethernet(nth)).transpose()?.is_some_and(|it| it.protocol == Transport::Tcp);
+    if fault.on == Stream::RsiReply && is_stream && !is_on_links(fault) {
+        let what =
+            format!("{id} on {on}: this robot speaks TCP, and on its connection nobody but the computer answers");
+        return Ok(Some((what, "choose a robot that speaks UDP, or a fault of the bytes")));
+    }
     if matches!(fault.action, Action::IpocCrossing { .. }) && matches!(fault.at, At::Event(_)) {
         let what = format!("{id} cannot wait for an event: the controller's clock starts so far before 2^32 that it");
-        return Some((format!("{what} passes it in a known cycle"), "give the number of that cycle: at = 200"));
+        return Ok(Some((format!("{what} passes it in a known cycle"), "give the number of that cycle: at = 200")));
     }
     if fault.on == Stream::Http && cell.config.sensor.page.is_none() {
         let what = format!("{id} on {on}: the sensor of this cell has no page");
-        return Some((what, "add page = \"127.0.0.1:8080\" to [sensor]: there the cell serves it"));
+        return Ok(Some((what, "add page = \"127.0.0.1:8080\" to [sensor]: there the cell serves it")));
     }
     if fault.on == Stream::Http && matches!(fault.at, At::Event(_)) {
         let what = format!("{id} on {on} cannot wait for an event: the page is read before the run");
-        return Some((what, "give the number of the request: at = 0 is the first"));
+        return Ok(Some((what, "give the number of the request: at = 0 is the first")));
     }
-    None
+    Ok(None)
 }
 
 /// Whether an effect has changed anything yet.

@@ -1,19 +1,23 @@
 //! Whoever disturbs the sockets of a cell: strangers, a second client of the sensor, ports that close. What each fault means:
 //! [`super::net_faults`].
 
+use super::link::{Calling, bind_again, failed, towards};
 use super::net_faults::NetFaults;
 use super::virtual_cell::{Line, Moment, Packet};
-use super::wires::{failed, towards};
+use super::wires::Robot;
 use crate::error::Error;
 use drivers::fault::{Needs, Stream};
 use drivers::net::{Arrival, Clock, Endpoint, Lock};
-use drivers::rsi::Telegram;
+use drivers::rsi::{Telegram, Transport};
 use sim_core::time::Nanos;
 use std::collections::{BTreeMap, BTreeSet};
 use std::net::SocketAddr;
+use std::time::Duration;
 
 /// How long the sensor's port stays closed. Chosen: a reader asks again every 100 ms.
 const CLOSED: Nanos = Nanos(250_000_000);
+/// How long a stranger may take to connect. Chosen.
+const CONNECT: Duration = Duration::from_secs(1);
 /// What a stranger says where nobody has said anything yet.
 const STRANGE: &[u8] = b"<Sen Type=\"Stranger\"></Sen>";
 
@@ -22,7 +26,7 @@ const STRANGE: &[u8] = b"<Sen Type=\"Stranger\"></Sen>";
 pub(super) struct Intruder {
     pub faults: NetFaults,
     /// By stream and robot: one stranger sends again from the same port.
-    strangers: BTreeMap<(Stream, usize), Endpoint>,
+    strangers: BTreeMap<(Stream, usize), Calling>,
     thief: Option<Endpoint>,
     /// The thief has the sensor's stream.
     pub holds_stream: bool,
@@ -45,19 +49,8 @@ pub(super) struct Intruder {
 /// The sockets of the cell, for those who disturb them.
 pub(super) struct Sockets<'s> {
     pub clock: Clock<'s>,
-    pub robots: &'s mut [Endpoint],
-    /// Where the computer is bound for each of them.
-    pub listens: &'s [SocketAddr],
+    pub robots: &'s mut [Robot],
     pub sensor: &'s mut Endpoint,
-}
-
-/// Closes this end and binds it anew.
-fn bind_again(endpoint: &mut Endpoint, lock: Lock) -> Result<(), Error> {
-    let local = endpoint.local();
-    // Something must stand there while the port is free.
-    *endpoint = Endpoint::bind(towards(local), lock).map_err(|error| failed(&error))?;
-    *endpoint = Endpoint::bind(local, lock).map_err(|error| failed(&error))?;
-    Ok(())
 }
 
 impl Intruder {
@@ -78,7 +71,7 @@ impl Intruder {
         let number = self.requests;
         self.requests += 1;
         if self.faults.request(Stream::FtRequest, number).is_some() {
-            sockets.sensor.refuse().map_err(|error| failed(&error))?;
+            sockets.sensor.refuse().map_err(failed)?;
             self.closed_until = Some((sockets.clock)() + CLOSED);
             self.unheard = true;
             return Ok(false);
@@ -95,7 +88,7 @@ impl Intruder {
     pub fn tick(&mut self, sockets: &mut Sockets<'_>) -> Result<(), Error> {
         if self.closed_until.is_some_and(|until| (sockets.clock)() >= until) {
             self.closed_until = None;
-            bind_again(sockets.sensor, Lock::Latest)?;
+            bind_again(sockets.sensor, Lock::Latest).map_err(failed)?;
         }
         Ok(())
     }
@@ -113,11 +106,11 @@ impl Intruder {
     /// Opens the robots' ports that were closed in the cycle before.
     pub fn open(&mut self, sockets: &mut Sockets<'_>) -> Result<(), Error> {
         for nth in std::mem::take(&mut self.closed) {
-            bind_again(&mut sockets.robots[nth], Lock::Only(sockets.listens[nth]))?;
+            sockets.robots[nth].link.open()?;
         }
         for stranger in self.strangers.values_mut() {
             let mut arrivals = Vec::new();
-            stranger.receive(sockets.clock, &mut |_| true, &mut arrivals).map_err(|error| failed(&error))?;
+            stranger.receive(sockets.clock, &mut arrivals)?;
             let answers = arrivals.iter().filter(|arrival| matches!(arrival, Arrival::Bytes { .. })).count() as u64;
             if answers > 0 {
                 self.is_taken = true;
@@ -135,16 +128,19 @@ impl Intruder {
             let frame = sent(Line::Robot(nth));
             for due in self.faults.due(Needs::ForeignSocket, Stream::RsiFrame, nth, moment) {
                 let Some(frame) = &frame else { continue };
-                self.strange(due, (Stream::RsiFrame, nth), sockets.listens[nth], frame, sockets.clock)?;
+                let robot = &sockets.robots[nth];
+                let to = (robot.address, robot.link.transport());
+                self.strange(due, (Stream::RsiFrame, nth), to, &robot.framed(frame), sockets.clock)?;
             }
             for due in self.faults.due(Needs::ForeignSocket, Stream::RsiReply, nth, moment) {
                 let answer = self.answers.get(&nth).map_or(STRANGE, Vec::as_slice).to_vec();
-                self.strange(due, (Stream::RsiReply, nth), sockets.robots[nth].local(), &answer, sockets.clock)?;
+                let Some(robot) = sockets.robots[nth].link.local() else { continue };
+                self.strange(due, (Stream::RsiReply, nth), (robot, Transport::Udp), &answer, sockets.clock)?;
             }
             for due in self.faults.due(Needs::ClosedPort, Stream::RsiReply, nth, moment) {
                 let stamp = frame.as_deref().and_then(|frame| Telegram::decode(frame).ok()?.ipoc());
                 let Some(stamp) = stamp else { continue };
-                sockets.robots[nth].refuse().map_err(|error| failed(&error))?;
+                sockets.robots[nth].link.refuse()?;
                 self.unanswered.insert((nth, stamp.value));
                 self.closed.insert(nth);
                 self.faults.count(due);
@@ -152,7 +148,7 @@ impl Intruder {
         }
         for due in self.faults.due(Needs::ForeignSocket, Stream::Ft, 0, moment) {
             let (Some(record), Some(reader)) = (sent(Line::Sensor), sockets.sensor.peer()) else { continue };
-            self.strange(due, (Stream::Ft, 0), reader, &record, sockets.clock)?;
+            self.strange(due, (Stream::Ft, 0), (reader, Transport::Udp), &record, sockets.clock)?;
         }
         Ok(())
     }
@@ -166,10 +162,10 @@ impl Intruder {
             let sensor = sockets.sensor.local();
             let thief = match self.thief.take() {
                 Some(thief) => thief,
-                None => Endpoint::bind(towards(sensor), Lock::Only(sensor)).map_err(|error| failed(&error))?,
+                None => Endpoint::bind(towards(sensor), Lock::Only(sensor)).map_err(failed)?,
             };
             let thief = self.thief.insert(thief);
-            thief.send(sockets.clock, &request, &mut Vec::new()).map_err(|error| failed(&error))?;
+            thief.send(sockets.clock, &request, &mut Vec::new()).map_err(failed)?;
         }
         Ok(true)
     }
@@ -178,16 +174,18 @@ impl Intruder {
         &mut self,
         due: usize,
         key: (Stream, usize),
-        to: SocketAddr,
+        (to, transport): (SocketAddr, Transport),
         bytes: &[u8],
         clock: Clock<'_>,
     ) -> Result<(), Error> {
         let stranger = match self.strangers.remove(&key) {
             Some(stranger) => stranger,
-            None => Endpoint::bind(towards(to), Lock::Only(to)).map_err(|error| failed(&error))?,
+            None => Calling::to(to, transport)?,
         };
         let stranger = self.strangers.entry(key).or_insert(stranger);
-        stranger.send(clock, bytes, &mut Vec::new()).map_err(|error| failed(&error))?;
+        // Over TCP each time anew: the computer hangs up.
+        stranger.connect(CONNECT).map_err(failed)?;
+        stranger.send(clock, bytes, &mut Vec::new())?;
         self.faults.count(due);
         Ok(())
     }

@@ -7,7 +7,7 @@
 //!            facility (sim_core)                         satellites, compensator
 //!                   │                                              │
 //!  VirtualCell: rsi::Controller ×n, ft::Device   ◄─bytes─►   OnWire: rsi::Host ×n, ft::Sensor ── Controller
-//!                   └──────────── Peer: InProcess, or Wires ◄─UDP─► Served ┘
+//!                   └──────────── Peer: InProcess, or Wires ◄─UDP, TCP─► Served ┘
 //! ```
 //!
 //! | file | what it is |
@@ -17,7 +17,7 @@
 //! | `virtual_cell`, `faults`, `session` | the cell without a socket, what it gets wrong, and what was exchanged |
 //! | `controller`, `on_wire`, `pc` | controllers under test in SI, and their bytes |
 //! | `run` | one run: the cell and whoever is at the other end |
-//! | `wires`, `serve`, `process`, `clock` | the same over real sockets, with a program that is started and watched |
+//! | `wires`, `serve`, `link`, `process`, `clock` | the same over real sockets, with a program that is started and watched |
 //! | `net_faults`, `intruder` | what only sockets get wrong: strangers, closed ports, a second client |
 //! | `page_server`, `page_reader` | the sensor's page, and the computer that reads it |
 //!
@@ -31,6 +31,7 @@ pub mod controller;
 pub mod faults;
 pub mod frames;
 mod intruder;
+pub(crate) mod link;
 pub mod net_faults;
 pub mod on_wire;
 pub mod page_reader;

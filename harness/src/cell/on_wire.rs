@@ -11,6 +11,7 @@ use super::virtual_cell::Line;
 use crate::error::Error;
 use crate::recording::Wrench;
 use drivers::ft::{self, AnySensor, Sensor};
+use drivers::rsi::{Malformed, split};
 use sim_core::time::Nanos;
 use std::collections::BTreeMap;
 
@@ -100,7 +101,7 @@ impl<C: Controller> OnWire<C> {
                 self.heard(events);
                 Ok(None)
             }
-            Line::Robot(nth) => self.frame(nth, now, bytes),
+            Line::Robot(nth) => self.documents(nth, now, split(bytes)),
         }
     }
 
@@ -115,9 +116,18 @@ impl<C: Controller> OnWire<C> {
         }
     }
 
-    fn frame(&mut self, nth: usize, now: Nanos, bytes: &[u8]) -> Result<Option<Vec<u8>>, Error> {
+    /// Documents of a robot have arrived at once; the answer to the newest of them, if it wants one.
+    ///
+    /// # Errors
+    /// As [`OnWire::receive`].
+    pub fn documents(
+        &mut self,
+        nth: usize,
+        now: Nanos,
+        documents: Vec<Result<Vec<u8>, Malformed>>,
+    ) -> Result<Option<Vec<u8>>, Error> {
         let Some(robot) = self.robots.get_mut(nth) else { return Ok(None) };
-        let heard = robot.pc.receive(now, bytes, &mut self.events);
+        let heard = robot.pc.receive(now, documents, &mut self.events);
         let Some(fresh) = heard else { return Ok(robot.pc.again()) };
         robot.reported.pose_mm_deg = fresh.pose_mm_deg.unwrap_or(robot.reported.pose_mm_deg);
         robot.reported.external_mm = fresh.external_mm.unwrap_or(robot.reported.external_mm);

@@ -1,6 +1,6 @@
 //! The sensor's web server: one page, to whoever asks. A fault answers wrongly, late, or by half.
 
-use super::wires::failed;
+use super::link::failed;
 use crate::error::Error;
 use drivers::fault::Action;
 use drivers::ft::http::PAGE;
@@ -31,7 +31,7 @@ struct Talk {
 impl PageServer {
     /// Binds the port; there is no page yet.
     pub fn bind(address: SocketAddr) -> Result<Self, Error> {
-        let listener = Listener::bind(address).map_err(|error| failed(&error))?;
+        let listener = Listener::bind(address).map_err(failed)?;
         Ok(PageServer { listener, page: String::new(), open: Vec::new(), asked: 0 })
     }
 
@@ -52,14 +52,12 @@ impl PageServer {
 
     /// Hears requests and answers them; `fault` says what happens to the one with this number.
     pub fn look(&mut self, clock: Clock<'_>, fault: &mut dyn FnMut(u64) -> Option<Action>) -> Result<(), Error> {
-        while let Some(connection) =
-            self.listener.accept(self.open.len() >= OPEN_MAX).map_err(|error| failed(&error))?
-        {
+        while let Some(connection) = self.listener.accept(self.open.len() >= OPEN_MAX).map_err(failed)? {
             self.open.push(Talk { connection, request: Vec::new(), answer: None });
         }
         let mut arrivals = Vec::new();
         for talk in &mut self.open {
-            talk.connection.receive(clock, &mut arrivals).map_err(|error| failed(&error))?;
+            talk.connection.receive(clock, &mut arrivals).map_err(failed)?;
             for arrival in arrivals.drain(..) {
                 let Arrival::Bytes { bytes, .. } = arrival else { continue };
                 talk.request.extend_from_slice(&bytes[..bytes.len().min(REQUEST_BYTES_MAX)]);
@@ -77,7 +75,7 @@ impl PageServer {
         let is_due = |talk: &Talk| talk.answer.as_ref().is_some_and(|(at, _)| *at <= now);
         for talk in self.open.iter_mut().filter(|talk| is_due(talk)) {
             let (_, answer) = talk.answer.as_ref().expect("it is due");
-            talk.connection.send(clock, answer, &mut arrivals).map_err(|error| failed(&error))?;
+            talk.connection.send(clock, answer, &mut arrivals).map_err(failed)?;
         }
         // What was answered is closed: the request was for HTTP/1.0, and a page is far shorter than what a socket takes.
         self.open.retain(|talk| !is_due(talk) && talk.connection.is_open());

@@ -6,7 +6,7 @@ use crate::error::Error;
 use crate::model::{Model, RigKind, place};
 use crate::scenario::run::TRAVEL_MAX_M;
 use drivers::ft;
-use drivers::rsi::{Danger, EthernetConfig, Family, Form, LateRule, Limits, Mode, POSE, Settings, sent};
+use drivers::rsi::{Danger, EthernetConfig, Family, Form, LateRule, Limits, Mode, POSE, Settings, Transport, sent};
 use sim_core::effect::Catalog;
 use sim_core::space::{Axis, AxisMotion};
 
@@ -74,14 +74,22 @@ impl Cell {
         let config = EthernetConfig::parse(&file.text).map_err(|error| {
             Error::new(error.to_string()).file(&file.file).help("correct the Ethernet configuration")
         })?;
+        let refuse = |key: &str, what: String, help: &str| {
+            let span = place::in_list(&self.source.text, "robot", nth, Some(key));
+            Err(Error::new(what).file(&self.source.file).span(&self.source.text, span).help(help.to_owned()))
+        };
+        let name = file.file.display();
         if !POSE.iter().any(|name| config.receives(&robot.correction, name).is_some()) {
-            let what =
-                format!("correction = {:?} is no element that {} receives", robot.correction, file.file.display());
-            let span = place::in_list(&self.source.text, "robot", nth, Some("correction"));
-            return Err(Error::new(what)
-                .file(&self.source.file)
-                .span(&self.source.text, span)
-                .help("name the element of RECEIVE that drives POSCORR"));
+            let what = format!("correction = {:?} is no element that {name} receives", robot.correction);
+            return refuse("correction", what, "name the element of RECEIVE that drives POSCORR");
+        }
+        if config.protocol == Transport::Tcp && robot.family != FamilyName::Krc2 {
+            let what = format!("{name} says TCP, and only a KRC2 speaks it");
+            return refuse("family", what, "set family = \"krc2\", or PROTOCOL to UDP");
+        }
+        if config.length_prefix && robot.frame_bytes > 0 {
+            let what = format!("frame_bytes = {}, and {name} says PROTCOLLENGTH On", robot.frame_bytes);
+            return refuse("frame_bytes", what, "leave one of them out: behind its length a document is not filled up");
         }
         let dangers = config.dangers(robot.mode.into());
         let attribute = format!("{}.", robot.correction);
@@ -171,6 +179,7 @@ pub(super) fn settings(robot: &RobotConfig, config: EthernetConfig, cycle_s: f64
         cycle_ms: (cycle_s * 1e3).round() as u32,
         decimals: robot.decimals,
         correction: robot.correction.clone(),
+        frame_bytes: robot.frame_bytes,
         limits: limits(&robot.limits),
         late: match robot.late {
             LateConfig::Total { limit } => LateRule::Total { limit },

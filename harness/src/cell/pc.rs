@@ -1,7 +1,7 @@
 //! The computer's side of one robot's link, with its events counted.
 
 use crate::error::Error;
-use drivers::rsi::{Corrections, EthernetConfig, Event, Host, HostOptions, Mode, POSE};
+use drivers::rsi::{Corrections, EthernetConfig, Event, Host, HostOptions, Malformed, Mode, POSE};
 use sim_core::time::Nanos;
 use std::collections::BTreeMap;
 
@@ -27,9 +27,14 @@ impl Pc {
         Pc { host, correction: correction.to_owned(), events: Vec::new() }
     }
 
-    /// The newest of the frames in a datagram, if it wants a new answer.
-    pub fn receive(&mut self, now: Nanos, datagram: &[u8], counts: &mut BTreeMap<String, u64>) -> Option<Fresh> {
-        let frame = self.host.receive_datagram(now, datagram, &mut self.events).pop();
+    /// The newest of the frames that came at once, if it wants a new answer.
+    pub fn receive(
+        &mut self,
+        now: Nanos,
+        documents: Vec<Result<Vec<u8>, Malformed>>,
+        counts: &mut BTreeMap<String, u64>,
+    ) -> Option<Fresh> {
+        let frame = self.host.receive_documents(now, documents, &mut self.events).pop();
         self.count(counts);
         frame.map(|frame| Fresh { pose_mm_deg: frame.pose_mm_deg, external_mm: frame.external })
     }

@@ -45,11 +45,11 @@ pub trait Peer {
     fn equip(&mut self, cell: &Cell, faults: NetFaults) -> Result<(), Error> {
         faults.refused_in_process(cell)
     }
-    /// What it asks before the first cycle.
+    /// Makes the links, carries what the robot controllers send then, and brings what is asked before the first cycle.
     ///
     /// # Errors
     /// When there is nobody.
-    fn begin(&mut self, answers: &mut Answers) -> Result<(), Error>;
+    fn begin(&mut self, greetings: &[Packet], answers: &mut Answers) -> Result<(), Error>;
     /// Carries the packets of one cycle, in their order, and brings what comes back.
     ///
     /// # Errors
@@ -65,9 +65,9 @@ pub trait Peer {
 pub struct InProcess<C>(pub OnWire<C>);
 
 impl<C: Controller> Peer for InProcess<C> {
-    fn begin(&mut self, answers: &mut Answers) -> Result<(), Error> {
+    fn begin(&mut self, greetings: &[Packet], answers: &mut Answers) -> Result<(), Error> {
         self.0.start(&mut answers.requests);
-        Ok(())
+        greetings.iter().try_for_each(|packet| self.0.receive(packet.line, packet.at, &packet.bytes).map(drop))
     }
 
     fn exchange(&mut self, _moment: &Moment, packets: &[Packet], answers: &mut Answers) -> Result<(), Error> {
@@ -92,6 +92,8 @@ pub struct Ran {
     pub cycles: u64,
     /// Cycles with an answer for the probe's robot.
     pub answered: u64,
+    /// The other side left before the end.
+    pub left: bool,
     /// Robots that stopped, with what their controllers print.
     pub stops: Vec<(String, String)>,
     /// Events of the robot controllers and of the cell's sockets, by class.
@@ -182,9 +184,9 @@ impl Run<'_> {
         let (mut packets, mut answers, mut prints) = (Vec::new(), Answers::default(), Vec::new());
         let (probe, _) = self.cell.roles();
         peer.equip(self.cell, NetFaults::of(self.cell, &self.faults.wire, &self.faults.places, &self.streams))?;
-        peer.begin(&mut answers)?;
-        let mut answered = 0;
-        for _ in 0..self.cycles {
+        peer.begin(&cell.greetings(), &mut answers)?;
+        let (mut answered, mut left) = (0, false);
+        for cycle in 0..self.cycles {
             answers.requests.drain(..).for_each(|request| cell.request(&request, &mut packets));
             cell.begin(&mut packets);
             peer.exchange(&cell.moment(), &packets, &mut answers)?;
@@ -196,6 +198,7 @@ impl Run<'_> {
             answers.replies.drain(..).for_each(|(nth, bytes)| cell.reply(nth, &bytes));
             cell.end();
             packets.clear();
+            left = answers.gone && cycle + 1 < self.cycles && !cell.is_over();
             if answers.gone || cell.is_over() {
                 break;
             }
@@ -207,6 +210,7 @@ impl Run<'_> {
             session: cell.log.session(self.model, self.cell, cell.touched, self.late_s),
             cycles: prints.len() as u64,
             answered,
+            left,
             stops: cell.stops().into_iter().map(name).collect(),
             idle: [cell.idle(), idle].concat(),
             events: std::mem::take(&mut cell.events),

@@ -1,22 +1,74 @@
 //! The computer's side of real sockets: a controller that answers until nobody sends any more.
 
 use super::clock::WallClock;
+use super::config::Cell;
 use super::controller::Controller;
+use super::link::{Listening, failed, told, towards};
 use super::on_wire::OnWire;
 use super::virtual_cell::Line;
-use super::wires::{Addresses, failed, towards};
+use super::wires::Addresses;
 use crate::error::Error;
-use drivers::net::{Arrival, Endpoint, Lock, wait};
+use drivers::net::{Arrival, Clock, Endpoint, Lock, wait};
+use drivers::rsi::{Frames, Malformed, Transport, split};
 use sim_core::time::Nanos;
+use std::collections::BTreeMap;
+use std::net::SocketAddr;
 use std::os::fd::AsFd;
 use std::time::Duration;
 
 /// How long one look at the sockets may take: the sensor is asked again when it does not answer.
 const LOOK: Duration = Duration::from_millis(20);
 
+/// One robot's link, and its stream if it is one.
+struct Robot {
+    link: Listening,
+    stream: Option<Frames>,
+    has_length: bool,
+}
+
+/// Documents of a robot, as they came at once.
+type Documents = Vec<Result<Vec<u8>, Malformed>>;
+
+/// What was heard in one look.
+enum Heard {
+    Reading(Nanos, Vec<u8>),
+    Frames(usize, Nanos, Documents),
+}
+
+impl Robot {
+    fn of(cell: &Cell, nth: usize, address: SocketAddr) -> Result<Self, Error> {
+        let config = cell.ethernet(nth)?;
+        let link = Listening::bind(address, config.protocol);
+        let link = link.map_err(|error| error.place(format!("robot {}", cell.config.robots[nth].name)))?;
+        let stream = (config.protocol == Transport::Tcp).then(|| Frames::new(config.length_prefix));
+        Ok(Robot { link, stream, has_length: config.length_prefix })
+    }
+
+    /// Takes what waits. The stream of a new connection follows on nothing that came before.
+    fn receive(&mut self, clock: Clock<'_>, arrivals: &mut Vec<Arrival>) -> Result<(), Error> {
+        if self.link.receive(clock, arrivals)? {
+            self.stream = Some(Frames::new(self.has_length));
+        }
+        Ok(())
+    }
+
+    /// The documents in what has come.
+    fn documents(&mut self, bytes: &[u8]) -> Documents {
+        self.stream.as_mut().map_or_else(|| split(bytes), |stream| stream.documents(bytes))
+    }
+
+    /// An answer as it goes on the wire.
+    fn framed(&self, answer: Vec<u8>) -> Vec<u8> {
+        match &self.stream {
+            Some(stream) => stream.wrap(&answer),
+            None => answer,
+        }
+    }
+}
+
 /// The sockets of a controller.
 pub struct Served {
-    robots: Vec<Endpoint>,
+    robots: Vec<Robot>,
     sensor: Endpoint,
     clock: WallClock,
 }
@@ -25,11 +77,11 @@ impl Served {
     /// Binds the port of each robot.
     ///
     /// # Errors
-    /// When a port is in use.
-    pub fn bind(addresses: &Addresses) -> Result<Self, Error> {
-        let bound = |address, lock| Endpoint::bind(address, lock).map_err(|error| failed(&error));
-        let robots = addresses.robots.iter().map(|address| bound(*address, Lock::First)).collect::<Result<_, _>>()?;
-        let sensor = bound(towards(addresses.sensor), Lock::Only(addresses.sensor))?;
+    /// When a port is in use, or an Ethernet configuration is wrong.
+    pub fn bind(cell: &Cell, addresses: &Addresses) -> Result<Self, Error> {
+        let robots = addresses.robots.iter().enumerate().map(|(nth, address)| Robot::of(cell, nth, *address));
+        let robots = robots.collect::<Result<_, _>>()?;
+        let sensor = Endpoint::bind(towards(addresses.sensor), Lock::Only(addresses.sensor)).map_err(failed)?;
         Ok(Served { robots, sensor, clock: WallClock::new() })
     }
 
@@ -50,23 +102,26 @@ impl Served {
         on_wire.start(&mut requests);
         loop {
             for request in requests.drain(..) {
-                self.sensor.send(&now, &request, &mut arrivals).map_err(|error| failed(&error))?;
+                self.sensor.send(&now, &request, &mut arrivals).map_err(failed)?;
             }
-            let sockets: Vec<&dyn AsFd> =
-                self.robots.iter().chain([&self.sensor]).map(|one| one as &dyn AsFd).collect();
+            let robots = self.robots.iter().map(|robot| robot.link.socket());
+            let sockets: Vec<&dyn AsFd> = robots.chain([&self.sensor as &dyn AsFd]).collect();
             wait(&sockets, LOOK).map_err(|error| Error::new(format!("cannot wait for the sockets: {error}")))?;
-            let heard = self.hear(&on_wire.lines(), &mut arrivals)?;
+            let heard = self.hear(&on_wire.lines(), &mut on_wire.events)?;
             let came = !heard.is_empty();
-            for (line, at, bytes) in heard {
-                let Some(answer) = on_wire.receive(line, at, &bytes)? else { continue };
-                if let Line::Robot(nth) = line {
-                    self.robots[nth].send(&now, &answer, &mut arrivals).map_err(|error| failed(&error))?;
-                    answered += 1;
-                }
+            for heard in heard {
+                let (nth, answer) = match heard {
+                    Heard::Reading(at, bytes) => (0, on_wire.receive(Line::Sensor, at, &bytes)?),
+                    Heard::Frames(nth, at, documents) => (nth, on_wire.documents(nth, at, documents)?),
+                };
+                let Some(answer) = answer else { continue };
+                let robot = &mut self.robots[nth];
+                let bytes = robot.framed(answer);
+                robot.link.send(&now, &bytes, &mut arrivals)?;
+                answered += 1;
             }
-            for class in arrivals.drain(..).filter_map(|arrival| arrival.class()) {
-                *on_wire.events.entry(class.to_owned()).or_default() += 1;
-            }
+            count(&arrivals, &mut on_wire.events);
+            arrivals.clear();
             on_wire.tick(clock.now(), &mut requests);
             let limit = if answered == 0 { patience } else { silence };
             if came {
@@ -79,29 +134,35 @@ impl Served {
 
     /// What has come: readings, then the frames of the nozzle's robot, then those of the probe's. They are read the other way
     /// round: when a frame is there, all that was sent before it is there too.
-    /// What else the sockets say goes to `others`.
-    fn hear(&mut self, lines: &[Line], others: &mut Vec<Arrival>) -> Result<Vec<(Line, Nanos, Vec<u8>)>, Error> {
+    fn hear(&mut self, lines: &[Line], events: &mut BTreeMap<String, u64>) -> Result<Vec<Heard>, Error> {
         let clock = self.clock;
         let now = || clock.now();
         let mut heard = Vec::new();
         let mut arrivals = Vec::new();
         for line in lines.iter().copied() {
-            let endpoint = match line {
-                Line::Robot(nth) => &mut self.robots[nth],
-                Line::Sensor => &mut self.sensor,
-            };
-            let is_frame = |bytes: &[u8]| line == Line::Sensor || bytes.windows(4).any(|part| part == b"<Rob");
-            endpoint.receive(&now, &mut |bytes| is_frame(bytes), &mut arrivals).map_err(|error| failed(&error))?;
-            let bytes = arrivals.drain(..).filter_map(|arrival| match arrival {
-                Arrival::Bytes { at, bytes, .. } | Arrival::Invalid { at, bytes, .. } => Some((line, at, bytes)),
-                other => {
-                    others.push(other);
-                    None
-                }
-            });
-            heard.push(bytes.collect::<Vec<_>>());
+            match line {
+                Line::Robot(nth) => self.robots[nth].receive(&now, &mut arrivals)?,
+                Line::Sensor => self.sensor.receive(&now, &mut |_| true, &mut arrivals).map_err(failed)?,
+            }
+            count(&arrivals, events);
+            let mut of_line = Vec::new();
+            for arrival in arrivals.drain(..) {
+                let (Arrival::Bytes { at, bytes, .. } | Arrival::Invalid { at, bytes, .. }) = arrival else { continue };
+                of_line.push(match line {
+                    Line::Sensor => Heard::Reading(at, bytes),
+                    Line::Robot(nth) => Heard::Frames(nth, at, self.robots[nth].documents(&bytes)),
+                });
+            }
+            heard.push(of_line);
         }
         heard.reverse();
         Ok(heard.into_iter().flatten().collect())
+    }
+}
+
+/// What the network said is an event as any other.
+fn count(arrivals: &[Arrival], events: &mut BTreeMap<String, u64>) {
+    for (_, class, _) in arrivals.iter().filter_map(told) {
+        *events.entry(class.to_owned()).or_default() += 1;
     }
 }

@@ -1,6 +1,6 @@
 //! The virtual cell: robot controllers, sensor and facility on one seeded clock, bytes out and bytes in.
 //!
-//! One cycle: [`VirtualCell::begin`] gives the F/T packets since the last one and then the frame of each robot, the nozzle's
+//! [`VirtualCell::greetings`] come first. One cycle: [`VirtualCell::begin`] gives the F/T packets since the last one and then the frame of each robot, the nozzle's
 //! first; whoever carries them brings the answers to [`VirtualCell::reply`]; [`VirtualCell::end`] lets the controllers judge
 //! them and sends the robots on their way. Nothing here waits, and no clock is asked.
 //!
@@ -145,6 +145,15 @@ impl<'f> VirtualCell<'f> {
             log: Log::default(),
             events: BTreeMap::new(),
         })
+    }
+
+    /// What the robot controllers send when their links are made, before RSI runs. It wants no answer.
+    pub fn greetings(&self) -> Vec<Packet> {
+        let greeting = |nth: usize| {
+            let bytes = self.links[nth].controller.greeting()?;
+            Some(Packet { line: Line::Robot(nth), at: self.now, bytes, is_sound: true })
+        };
+        (0..self.links.len()).filter_map(greeting).collect()
     }
 
     /// A request to the sensor; what it answers at once is added to `out`.

@@ -7,11 +7,15 @@
 //! | real | at its end, a cycle after the last one, whatever came |
 //!
 //! Within a cycle the F/T packets are sent before the frames. A datagram on loopback is in the receiver's socket when the call that
-//! sends it returns: who has read the frame finds all readings of the cycle.
+//! sends it returns: who has read the frame finds all readings of the cycle. Over TCP a frame may come in pieces, of which the last
+//! is sent after the readings too; an answer is there when its last piece is.
+//!
+//! Over TCP the cell connects when the controller has asked the sensor for its stream, and tries again until somebody listens.
 
 use super::clock::WallClock;
 use super::config::Cell;
 use super::intruder::{Intruder, Sockets};
+use super::link::{Calling, failed};
 use super::net_faults::NetFaults;
 use super::page_server::PageServer;
 use super::process::Started;
@@ -20,9 +24,10 @@ use super::virtual_cell::{Line, Moment, Packet};
 use crate::error::Error;
 use drivers::fault::Stream;
 use drivers::net::{Arrival, Clock, Endpoint, Lock, NetError, wait};
+use drivers::rsi::{Frames, Transport, split};
 use sim_core::time::Nanos;
 use std::collections::BTreeMap;
-use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
+use std::net::SocketAddr;
 use std::os::fd::AsFd;
 use std::time::Duration;
 
@@ -32,6 +37,9 @@ const LOOK: Duration = Duration::from_millis(50);
 /// How long an answer to a frame is waited for that a fault has changed. Below the 100 ms after which a sensor's reader takes its
 /// stream for dead and starts it again, so that such a wait shows in nothing else.
 const DOUBT: Duration = Duration::from_millis(50);
+
+/// How long one attempt to connect may take: a machine that is there answers within milliseconds. Chosen.
+const CONNECT: Duration = Duration::from_secs(1);
 
 /// How the cycles follow each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -81,25 +89,48 @@ impl Addresses {
     }
 }
 
-/// An error of the sockets, as a user sees it.
-pub(super) fn failed(error: &NetError) -> Error {
-    Error::new(error.to_string()).help("correct the addresses of the cell, or end the program that holds the port")
+/// One robot's link. Over TCP documents go into a stream and are cut out of one.
+pub(super) struct Robot {
+    name: String,
+    pub(super) address: SocketAddr,
+    pub(super) link: Calling,
+    /// What is said and what is heard; the form of the length before a document is the controller's own, whatever is heard.
+    streams: Option<[Frames; 2]>,
+    has_length: bool,
 }
 
-/// Any port on the way to this address.
-pub(super) fn towards(address: SocketAddr) -> SocketAddr {
-    let ip: IpAddr = match (address.ip(), address.ip().is_loopback()) {
-        (ip, true) => ip,
-        (IpAddr::V4(_), false) => Ipv4Addr::UNSPECIFIED.into(),
-        (IpAddr::V6(_), false) => Ipv6Addr::UNSPECIFIED.into(),
-    };
-    SocketAddr::new(ip, 0)
+impl Robot {
+    fn of(cell: &Cell, nth: usize, address: SocketAddr) -> Result<Self, Error> {
+        let config = cell.ethernet(nth)?;
+        let stream = || Frames::new(config.length_prefix);
+        Ok(Robot {
+            name: cell.config.robots[nth].name.clone(),
+            address,
+            link: Calling::to(address, config.protocol)?,
+            streams: (config.protocol == Transport::Tcp).then(|| [stream(), stream()]),
+            has_length: config.length_prefix,
+        })
+    }
+
+    /// A packet as it goes on the wire.
+    pub(super) fn framed(&self, packet: &[u8]) -> Vec<u8> {
+        let Some([said, _]) = self.streams.as_ref().filter(|_| self.has_length) else { return packet.to_vec() };
+        let documents: Result<Vec<_>, _> = split(packet).into_iter().collect();
+        // What a fault has made of it is no document: it goes as it is, with its own length.
+        documents.map_or_else(|_| said.wrap(packet), |all| all.iter().flat_map(|one| said.wrap(one)).collect())
+    }
+
+    /// The answers in what has come. What is no document has the place of one in which there is nothing: the robot controller
+    /// takes neither.
+    fn answers(&mut self, bytes: Vec<u8>) -> Vec<Vec<u8>> {
+        let Some([_, heard]) = &mut self.streams else { return vec![bytes] };
+        heard.documents(&bytes).into_iter().map(Result::unwrap_or_default).collect()
+    }
 }
 
 /// See the module.
 pub struct Wires {
-    robots: Vec<Endpoint>,
-    listens: Vec<SocketAddr>,
+    robots: Vec<Robot>,
     sensor: Endpoint,
     page: Option<PageServer>,
     intruder: Intruder,
@@ -116,17 +147,16 @@ pub struct Wires {
 }
 
 impl Wires {
-    /// Binds the sensor's port, and one for each robot's controller.
+    /// Binds the sensor's port, and one for each robot's controller that sends datagrams.
     ///
     /// # Errors
-    /// When a port is in use.
-    pub fn bind(addresses: &Addresses, pace: Pace, ready: Duration) -> Result<Self, Error> {
-        let robot = |listen: &SocketAddr| Endpoint::bind(towards(*listen), Lock::Only(*listen));
-        let robots = addresses.robots.iter().map(robot).collect::<Result<_, _>>().map_err(|error| failed(&error))?;
-        let sensor = Endpoint::bind(addresses.sensor, Lock::Latest).map_err(|error| failed(&error))?;
+    /// When a port is in use, or an Ethernet configuration is wrong.
+    pub fn bind(cell: &Cell, addresses: &Addresses, pace: Pace, ready: Duration) -> Result<Self, Error> {
+        let robots = addresses.robots.iter().enumerate().map(|(nth, address)| Robot::of(cell, nth, *address));
+        let robots = robots.collect::<Result<_, _>>()?;
+        let sensor = Endpoint::bind(addresses.sensor, Lock::Latest).map_err(failed)?;
         Ok(Wires {
             robots,
-            listens: addresses.robots.clone(),
             sensor,
             page: addresses.page.map(PageServer::bind).transpose()?,
             intruder: Intruder::default(),
@@ -164,29 +194,29 @@ impl Wires {
     /// Looks at all sockets once, for at most `limit`.
     fn look(&mut self, limit: Duration, answers: &mut Answers) -> Result<(), Error> {
         let before = self.clock.now();
+        let robots = self.robots.iter().filter_map(|robot| robot.link.socket());
         let page = self.page.iter().map(|page| page.listener() as &dyn AsFd);
-        let links = self.robots.iter().chain([&self.sensor]).map(|one| one as &dyn AsFd);
-        let sockets: Vec<&dyn AsFd> = links.chain(page).collect();
+        let sockets: Vec<&dyn AsFd> = robots.chain([&self.sensor as &dyn AsFd]).chain(page).collect();
         wait(&sockets, limit.min(LOOK)).map_err(|error| Error::new(format!("cannot wait for the sockets: {error}")))?;
         self.waited_ns += (self.clock.now() - before).0;
         let clock = self.clock;
         let now = || clock.now();
         for (nth, robot) in self.robots.iter_mut().enumerate() {
-            robot.receive(&now, &mut |_| true, &mut self.arrivals).map_err(|error| failed(&error))?;
+            robot.link.receive(&now, &mut self.arrivals)?;
             for arrival in self.arrivals.drain(..) {
                 match arrival {
-                    Arrival::Bytes { bytes, .. } if !self.intruder.hears(nth, &bytes) => {}
-                    Arrival::Bytes { bytes, .. } => answers.replies.push((nth, bytes)),
+                    Arrival::Bytes { bytes, .. } => {
+                        let heard = robot.answers(bytes).into_iter().filter(|answer| self.intruder.hears(nth, answer));
+                        answers.replies.extend(heard.map(|answer| (nth, answer)));
+                    }
                     Arrival::Stranger { .. } => self.intruder.heard_stranger(),
-                    // Nobody is bound there any more.
-                    Arrival::Unreachable { .. } => answers.gone = true,
+                    // Nobody is there any more.
+                    Arrival::Unreachable { .. } | Arrival::Closed { .. } => answers.gone = true,
                     _ => {}
                 }
             }
         }
-        self.sensor
-            .receive(&now, &mut |bytes| !bytes.is_empty(), &mut self.arrivals)
-            .map_err(|error| failed(&error))?;
+        self.sensor.receive(&now, &mut |bytes| !bytes.is_empty(), &mut self.arrivals).map_err(failed)?;
         for arrival in std::mem::take(&mut self.arrivals) {
             let Arrival::Bytes { bytes, from, .. } = arrival else { continue };
             let (intruder, mut sockets) = self.disturbed(&now);
@@ -206,8 +236,8 @@ impl Wires {
     }
 
     fn disturbed<'s>(&'s mut self, clock: Clock<'s>) -> (&'s mut Intruder, Sockets<'s>) {
-        let Wires { intruder, robots, listens, sensor, .. } = self;
-        (intruder, Sockets { clock, robots, listens, sensor })
+        let Wires { intruder, robots, sensor, .. } = self;
+        (intruder, Sockets { clock, robots, sensor })
     }
 
     /// What faults do before the packets of this moment are sent.
@@ -231,20 +261,39 @@ impl Wires {
     fn send(&mut self, packet: &Packet) -> Result<(), Error> {
         let clock = self.clock;
         let now = || clock.now();
-        let endpoint = match packet.line {
-            Line::Sensor => &mut self.sensor,
-            Line::Robot(nth) => &mut self.robots[nth],
-        };
-        let sent = endpoint.send(&now, &packet.bytes, &mut self.arrivals);
-        if packet.line == Line::Sensor {
-            // A sensor does not know that its reader has left, and its readings must not be taken for a robot's answers.
-            self.arrivals.clear();
+        if let Line::Robot(nth) = packet.line {
+            let robot = &mut self.robots[nth];
+            let bytes = robot.framed(&packet.bytes);
+            return robot.link.send(&now, &bytes, &mut self.arrivals);
         }
-        match sent {
+        // A sensor does not know that its reader has left.
+        match self.sensor.send(&now, &packet.bytes, &mut Vec::new()) {
             // A sensor that nobody has asked sends to nobody.
             Ok(()) | Err(NetError::NoPeer { .. }) => Ok(()),
-            Err(error) => Err(failed(&error)),
+            Err(error) => Err(failed(error)),
         }
+    }
+
+    /// Connects the robots that speak TCP, and waits until somebody listens for them.
+    fn connect(&mut self, limit: Nanos, answers: &mut Answers) -> Result<(), Error> {
+        for nth in 0..self.robots.len() {
+            while let Err(error) = self.robots[nth].link.connect(CONNECT) {
+                let Robot { name, address, .. } = &self.robots[nth];
+                if answers.gone {
+                    return Err(Error::new(format!("the controller ended before it listened at {address} for {name}"))
+                        .place("argument --controller")
+                        .help("its own output says why"));
+                }
+                if self.clock.now() > limit {
+                    let what = format!("nobody listens at {address} for {name} within {:?}: {error}", self.ready);
+                    let help =
+                        "start the controller; its Ethernet configuration says TCP, so that the robot connects to it";
+                    return Err(Error::new(what).help(help));
+                }
+                self.look(LOOK, answers)?;
+            }
+        }
+        Ok(())
     }
 
     /// Waits until every robot in `expected` has an answer, or until the end of the cycle.
@@ -288,7 +337,7 @@ impl Peer for Wires {
         (std::mem::take(&mut self.intruder.events), self.intruder.faults.idle())
     }
 
-    fn begin(&mut self, answers: &mut Answers) -> Result<(), Error> {
+    fn begin(&mut self, greetings: &[Packet], answers: &mut Answers) -> Result<(), Error> {
         let limit = nanos(self.ready);
         while answers.requests.is_empty() {
             if answers.gone {
@@ -304,7 +353,8 @@ impl Peer for Wires {
             }
             self.look(LOOK, answers)?;
         }
-        Ok(())
+        self.connect(limit, answers)?;
+        greetings.iter().try_for_each(|packet| self.send(packet))
     }
 
     fn exchange(&mut self, moment: &Moment, packets: &[Packet], answers: &mut Answers) -> Result<(), Error> {

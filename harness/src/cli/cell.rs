@@ -10,9 +10,11 @@ use crate::cell::{Cell, session};
 use crate::error::Error;
 use crate::files::write_whole;
 use clap::Args;
+use drivers::rsi::Transport;
 use sim_core::effect::Catalog;
 use sim_core::space::Axis;
 use sim_core::time::Nanos;
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -108,7 +110,7 @@ impl Running {
             write_whole(path, &session::mcap(&ran.session, cell)?)?;
             console.print(&format!("{}: written\n", path.display()));
         }
-        Ok(if ran.stops.is_empty() { Exit::Pass } else { Exit::Failed })
+        Ok(if ran.stops.is_empty() && !ran.left { Exit::Pass } else { Exit::Failed })
     }
 }
 
@@ -134,8 +136,13 @@ impl Arguments {
         // What is wrong with the cell is said before anybody is waited for.
         cell.model(catalog)?;
         let addresses = Addresses::of(&cell);
-        let mut wires = Wires::bind(&addresses, self.timed.pace(&cell), self.timed.ready())?;
-        let robots: Vec<String> = addresses.robots.iter().map(ToString::to_string).collect();
+        let mut wires = Wires::bind(&cell, &addresses, self.timed.pace(&cell), self.timed.ready())?;
+        let robots: Vec<String> = addresses
+            .robots
+            .iter()
+            .enumerate()
+            .map(|(nth, robot)| told(&cell, nth, *robot))
+            .collect::<Result<_, _>>()?;
         let page = wires.page().map(|page| format!(", its page at {page}")).unwrap_or_default();
         console.say(&format!("sensor at {}{page}; frames go to {}\n", wires.sensor(), robots.join(" and ")));
         let ran = run(&cell, catalog, &self.running.options(), &mut wires)?;
@@ -146,11 +153,22 @@ impl Arguments {
     }
 }
 
+/// Where a robot's frames go, and how.
+fn told(cell: &Cell, nth: usize, address: SocketAddr) -> Result<String, Error> {
+    Ok(match cell.ethernet(nth)?.protocol {
+        Transport::Udp => address.to_string(),
+        Transport::Tcp => format!("{address} over TCP"),
+    })
+}
+
 /// What a run did, in a few lines.
 fn summary(ran: &Ran) -> String {
     let mut text = format!("{} cycles, {} answered, exchange {}\n", ran.cycles, ran.answered, ran.fingerprint());
     for (class, count) in &ran.events {
         text.push_str(&format!("{class}: {count}\n"));
+    }
+    if ran.left {
+        text.push_str("the controller left before the end\n");
     }
     for (robot, why) in &ran.stops {
         text.push_str(&format!("{robot}: {why}\n"));

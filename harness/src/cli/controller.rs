@@ -107,7 +107,7 @@ impl Arguments {
         }
         let controller = Reference::new(&model, cell.first()?, self.task);
         let mut on_wire = OnWire::new(&cell, controller)?;
-        let mut served = Served::bind(&addresses)?;
+        let mut served = Served::bind(&cell, &addresses)?;
         let (patience, silence) = (Duration::from_secs(self.wait), Duration::from_millis(self.silence));
         let answered = served.serve(&mut on_wire, patience, silence);
         for (class, count) in on_wire.events {

@@ -66,9 +66,13 @@ impl Arguments {
         let subject = self.subject(catalog)?;
         let sides = self.chart.as_ref().map(|chart| sides(chart, &subject)).transpose()?;
         let answer = match &subject {
-            Subject::Space(model) => Answered::Space(assess_space(model)?),
-            along => Answered::Along(Box::new(assess(along)?)),
+            Subject::Space(model) => assess_space(model).map(Answered::Space),
+            along => assess(along).map(|answer| Answered::Along(Box::new(answer))),
         };
+        let answer = answer.map_err(|error| match &self.model {
+            Some(path) => error.file(path),
+            None => error,
+        })?;
         let progress = console.progress();
         progress.say("looking at the domain");
         let domain = sides.clone().filter(|_| self.outputs.report.is_some());

@@ -11,9 +11,10 @@ use crate::cell::run::{InProcess, Options, Ran, run};
 use crate::cell::wires::{Addresses, Timing, Wires};
 use crate::error::Error;
 use clap::Args;
+use drivers::rsi::Transport;
 use sim_core::effect::Catalog;
 use sim_core::space::Axis;
-use std::net::{SocketAddr, UdpSocket};
+use std::net::{SocketAddr, TcpListener, UdpSocket};
 use std::time::Duration;
 
 /// How long a program may take to end by itself after the exchange. Chosen: a controller notices silence within a second or two.
@@ -93,7 +94,7 @@ impl Arguments {
         // What the program is told can be chosen; what it is not told must be as the cell says.
         for (nth, key) in ["{rsi}", "{rsi2}"].iter().enumerate().take(addresses.robots.len()) {
             if self.controller.contains(key) {
-                addresses.robots[nth] = free(addresses.robots[nth])?;
+                addresses.robots[nth] = free(addresses.robots[nth], cell.ethernet(nth)?.protocol)?;
             }
         }
         if self.controller.contains("{ft}") {
@@ -102,7 +103,7 @@ impl Arguments {
         if let (true, Some(page)) = (self.controller.contains("{page}"), &mut addresses.page) {
             page.set_port(0);
         }
-        let mut wires = Wires::bind(&addresses, self.timed.pace(cell), self.timed.ready())?;
+        let mut wires = Wires::bind(cell, &addresses, self.timed.pace(cell), self.timed.ready())?;
         let mut values = vec![("{ft}", wires.sensor().to_string()), ("{cell}", named(&self.running.cell))];
         for (key, address) in ["{rsi}", "{rsi2}"].into_iter().zip(&addresses.robots) {
             values.push((key, address.to_string()));
@@ -127,7 +128,11 @@ pub fn in_process(cell: &Cell, catalog: &Catalog<Axis>, options: &Options, task:
 }
 
 /// A port that nobody has now.
-fn free(address: SocketAddr) -> Result<SocketAddr, Error> {
-    let bound = UdpSocket::bind(SocketAddr::new(address.ip(), 0)).and_then(|socket| socket.local_addr());
+fn free(address: SocketAddr, transport: Transport) -> Result<SocketAddr, Error> {
+    let any = SocketAddr::new(address.ip(), 0);
+    let bound = match transport {
+        Transport::Udp => UdpSocket::bind(any).and_then(|socket| socket.local_addr()),
+        Transport::Tcp => TcpListener::bind(any).and_then(|socket| socket.local_addr()),
+    };
     bound.map_err(|error| Error::new(format!("no port is free on {}: {error}", address.ip())).help("correct listen"))
 }

@@ -107,6 +107,11 @@ impl Devices {
         self.documents(robot, way, at, split(bytes))
     }
 
+    /// A robot has connected anew: what waits for its end will not get it.
+    pub fn connected(&mut self, robot: usize) {
+        self.streams[robot] = std::array::from_fn(|_| Frames::new(self.hosts[robot].config().length_prefix));
+    }
+
     /// A piece of the stream between them; `is_new` where it does not follow on what came before.
     pub fn stream(&mut self, robot: usize, way: Way, at: Nanos, bytes: &[u8], is_new: bool) -> bool {
         let prefix = self.hosts[robot].config().length_prefix;
@@ -114,8 +119,7 @@ impl Devices {
         if is_new {
             *frames = Frames::new(prefix);
         }
-        frames.push(bytes);
-        let documents: Vec<_> = std::iter::from_fn(|| frames.next()).collect();
+        let documents = frames.documents(bytes);
         self.documents(robot, way, at, documents)
     }
 

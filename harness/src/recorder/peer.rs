@@ -4,9 +4,10 @@
 //! answers until it stops RSI by itself (`RSITimeout`).
 
 use super::devices::{Devices, Way};
-use super::network::{Link, any_port, failed, note, take};
+use super::network::{note, take};
 use super::session::Recorder;
 use crate::cell::Cell;
+use crate::cell::link::{Listening, failed, towards};
 use crate::error::Error;
 use drivers::ft::Transport;
 use drivers::net::{Arrival, Clock, Connection, Endpoint, Lock, wait};
@@ -32,7 +33,7 @@ impl SensorLink {
     fn open(address: SocketAddr, transport: Transport) -> Result<Self, Error> {
         match transport {
             Transport::Udp => {
-                let endpoint = Endpoint::bind(any_port(address), Lock::Only(address)).map_err(failed)?;
+                let endpoint = Endpoint::bind(towards(address), Lock::Only(address)).map_err(failed)?;
                 Ok(SensorLink::Udp(Box::new(endpoint)))
             }
             // A serial line is reached through a box that makes a stream of it.
@@ -76,7 +77,7 @@ impl SensorLink {
 /// A cell that this program answers.
 #[derive(Debug)]
 pub struct Peer {
-    links: Vec<Link>,
+    links: Vec<Listening>,
     names: Vec<String>,
     sensor: SensorLink,
 }
@@ -88,7 +89,10 @@ impl Peer {
     /// When a port is in use, or the sensor cannot be reached.
     pub fn open(cell: &Cell, devices: &Devices, transport: Transport) -> Result<Self, Error> {
         let robots = cell.config.robots.iter().enumerate();
-        let links = robots.map(|(nth, robot)| Link::of(robot, devices.config(nth).protocol));
+        let links = robots.map(|(nth, robot)| {
+            let link = Listening::bind(robot.listen, devices.config(nth).protocol);
+            link.map_err(|error| error.place(format!("robot {}", robot.name)))
+        });
         let links = links.collect::<Result<Vec<_>, _>>().map_err(|error| error.file(&cell.source.file))?;
         let names = cell.config.robots.iter().map(|robot| robot.name.clone()).collect();
         Ok(Peer { links, names, sensor: SensorLink::open(cell.config.sensor.address, transport)? })
@@ -96,7 +100,7 @@ impl Peer {
 
     /// Where the robots are expected.
     pub fn addresses(&self) -> Vec<SocketAddr> {
-        self.links.iter().map(Link::local).collect()
+        self.links.iter().map(Listening::local).collect()
     }
 
     /// Answers and records until this time.
@@ -127,7 +131,8 @@ impl Peer {
         until: Nanos,
     ) -> Result<(), Error> {
         while clock() < until {
-            let sockets: Vec<&dyn AsFd> = self.links.iter().map(Link::socket).chain([self.sensor.socket()]).collect();
+            let sockets: Vec<&dyn AsFd> =
+                self.links.iter().map(Listening::socket).chain([self.sensor.socket()]).collect();
             wait(&sockets, WAIT).map_err(|error| Error::new(format!("waiting for the network failed: {error}")))?;
             for robot in 0..self.links.len() {
                 self.robot(robot, devices, clock)?;
@@ -153,12 +158,13 @@ impl Peer {
     fn robot(&mut self, robot: usize, devices: &mut Devices, clock: Clock<'_>) -> Result<(), Error> {
         let link = &mut self.links[robot];
         let mut arrivals = Vec::new();
-        let mut is_new = link.receive(clock, &mut arrivals)?;
+        if link.receive(clock, &mut arrivals)? {
+            devices.connected(robot);
+        }
         let mut is_fresh = false;
         let has_bytes = arrivals.iter().any(|arrival| matches!(arrival, Arrival::Bytes { .. }));
         for arrival in &arrivals {
-            is_fresh |= take(robot, arrival, link.is_stream(), is_new, devices);
-            is_new = false;
+            is_fresh |= take(robot, arrival, link.is_stream(), devices);
             note(&self.names[robot], arrival, devices);
         }
         if !has_bytes {

@@ -5,15 +5,17 @@
 //! ```
 //! The robot is told the proxy's address, the PC stays where it is. The PC is told the sensor side as its sensor; without it the
 //! sensor is not recorded. Latency is counted from reading a packet to having sent it on; what the kernel needs to wake the
-//! program comes on top and is not seen here. Not covered: sensors over TCP.
+//! program comes on top and is not seen here. Over TCP each connection of a robot has one to the PC, and they end together. Not
+//! covered: sensors over TCP.
 
 use super::devices::{Devices, Way};
 use super::latency::Latency;
-use super::network::{Link, any_port, failed, note, take};
+use super::network::{note, take};
 use super::session::Recorder;
+use crate::cell::link::{Calling, Listening, failed, towards};
 use crate::cell::{Cell, RobotConfig};
 use crate::error::Error;
-use drivers::net::{Arrival, Clock, Connection, Endpoint, Lock, wait};
+use drivers::net::{Arrival, Clock, Endpoint, Lock, wait};
 use drivers::rsi::Transport;
 use sim_core::time::Nanos;
 use std::io::Write;
@@ -25,57 +27,29 @@ const WAIT: Duration = Duration::from_millis(5);
 /// How long the PC may take to accept a connection.
 const CONNECT: Duration = Duration::from_secs(1);
 
-/// The way from the proxy to the PC.
-#[derive(Debug)]
-enum Far {
-    Udp(Box<Endpoint>),
-    Tcp(SocketAddr, Option<Connection>),
-}
-
-impl Far {
-    fn socket(&self) -> Option<&dyn AsFd> {
-        match self {
-            Far::Udp(endpoint) => Some(endpoint.as_ref()),
-            Far::Tcp(_, connection) => connection.as_ref().map(|connection| connection as &dyn AsFd),
-        }
-    }
-
-    fn receive(&mut self, clock: Clock<'_>, arrivals: &mut Vec<Arrival>) -> Result<(), Error> {
-        match self {
-            Far::Udp(endpoint) => endpoint.receive(clock, &mut |_| true, arrivals),
-            Far::Tcp(_, connection) => {
-                connection.as_mut().map_or(Ok(()), |connection| connection.receive(clock, arrivals))
-            }
-        }
-        .map_err(failed)
-    }
-
-    fn send(&mut self, clock: Clock<'_>, bytes: &[u8], arrivals: &mut Vec<Arrival>) -> Result<(), Error> {
-        match self {
-            Far::Udp(endpoint) => endpoint.send(clock, bytes, arrivals),
-            Far::Tcp(_, Some(connection)) => connection.send(clock, bytes, arrivals),
-            Far::Tcp(_, None) => Ok(()),
-        }
-        .map_err(failed)
-    }
-
-    /// The robot has connected anew: so must the proxy.
-    fn renew(&mut self) -> Result<(), Error> {
-        if let Far::Tcp(address, connection) = self {
-            let help = "start the PC's program before the robot connects";
-            let opened = Connection::connect(*address, CONNECT);
-            *connection = Some(opened.map_err(|error| Error::new(error.to_string()).help(help))?);
-        }
-        Ok(())
-    }
-}
-
 /// One robot's two ways.
 #[derive(Debug)]
 struct Between {
     name: String,
-    near: Link,
-    far: Far,
+    near: Listening,
+    far: Calling,
+}
+
+impl Between {
+    /// The robot has connected anew: so does the proxy. Where nobody listens, the robot finds the way closed, as it would without
+    /// a proxy.
+    fn connect(&mut self, clock: Clock<'_>, devices: &mut Devices) {
+        if let Err(error) = self.far.connect(CONNECT) {
+            let text = format!("the robot has connected, and the PC's program does not listen: {error}");
+            devices.event(clock(), &self.name, "net-unreachable", text);
+            self.near.hang_up();
+        }
+    }
+}
+
+/// Whether a connection was closed: then its other half is closed too.
+fn is_end(arrival: &Arrival) -> bool {
+    matches!(arrival, Arrival::Closed { .. })
 }
 
 /// The sensor's two ways: towards the PC, towards the sensor.
@@ -120,7 +94,7 @@ impl Proxy {
         let sensor = sensor_side.map(|side| {
             let near = Endpoint::bind(side, Lock::Latest).map_err(failed)?;
             let address = cell.config.sensor.address;
-            let far = Endpoint::bind(any_port(address), Lock::Only(address)).map_err(failed)?;
+            let far = Endpoint::bind(towards(address), Lock::Only(address)).map_err(failed)?;
             Ok::<_, Error>(SensorBetween { near, far })
         });
         let none = Latency::default;
@@ -177,9 +151,9 @@ impl Proxy {
     fn forth(&mut self, nth: usize, devices: &mut Devices, clock: Clock<'_>) -> Result<(), Error> {
         let robot = &mut self.robots[nth];
         let (mut arrivals, mut said) = (Vec::new(), Vec::new());
-        let mut is_new = robot.near.receive(clock, &mut arrivals)?;
-        if is_new {
-            robot.far.renew()?;
+        if robot.near.receive(clock, &mut arrivals)? {
+            devices.connected(nth);
+            robot.connect(clock, devices);
         }
         for arrival in &arrivals {
             if let Arrival::Bytes { at, bytes, .. } = arrival {
@@ -187,9 +161,11 @@ impl Proxy {
                 self.to_pc.add(*at, clock());
             }
         }
+        if arrivals.iter().any(is_end) {
+            robot.far.hang_up();
+        }
         for arrival in &arrivals {
-            take(nth, arrival, robot.near.is_stream(), is_new, devices);
-            is_new = false;
+            take(nth, arrival, robot.near.is_stream(), devices);
         }
         arrivals.iter().chain(&said).for_each(|arrival| note(&robot.name, arrival, devices));
         Ok(())
@@ -205,6 +181,9 @@ impl Proxy {
                 robot.near.send(clock, bytes, &mut said)?;
                 self.to_robot.add(*at, clock());
             }
+        }
+        if arrivals.iter().any(is_end) {
+            robot.near.hang_up();
         }
         for arrival in &arrivals {
             match arrival {
@@ -245,13 +224,7 @@ impl Proxy {
 }
 
 fn between(robot: &RobotConfig, side: SocketAddr, transport: Transport) -> Result<Between, Error> {
-    let far = match transport {
-        Transport::Udp => {
-            let endpoint = Endpoint::bind(any_port(robot.listen), Lock::Only(robot.listen)).map_err(failed)?;
-            Far::Udp(Box::new(endpoint))
-        }
-        Transport::Tcp => Far::Tcp(robot.listen, None),
-    };
-    let near = Link::bind(side, transport).map_err(|error| error.place(format!("robot {}", robot.name)))?;
+    let far = Calling::to(robot.listen, transport)?;
+    let near = Listening::bind(side, transport).map_err(|error| error.place(format!("robot {}", robot.name)))?;
     Ok(Between { name: robot.name.clone(), near, far })
 }

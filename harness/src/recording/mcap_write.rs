@@ -8,9 +8,10 @@ use std::io::{Seek, Write};
 
 use mcap::records::{MessageHeader, Metadata};
 use mcap::{Attachment, WriteOptions, Writer};
+use serde::Serialize;
 
 use super::map::{AxisMap, Topics};
-use super::session::Session;
+use super::session::{Pose, Series, Session, Twist, Wrench};
 use super::{messages, schemas};
 use crate::error::Error;
 
@@ -123,60 +124,37 @@ fn write_messages<W: Write + Seek>(
     Ok(())
 }
 
+impl<'s> Channel<'s> {
+    /// A series with ROS messages that begin with a header.
+    fn of<T, B: Serialize>(
+        topic: Option<String>,
+        series: Option<&'s Series<T>>,
+        (type_name, schema): (&'static str, String),
+        frame: &'static str,
+        body: impl Fn(&T) -> B + 's,
+    ) -> Option<Self> {
+        let (topic, series) = topic.zip(series)?;
+        let body = move |i: usize, stamp_ns: i64| messages::encode(stamp_ns, frame, &body(&series.value[i]));
+        Some(Channel { topic, type_name, schema, time_ns: &series.time_ns, body: Box::new(body) })
+    }
+}
+
 fn channels(session: &Session) -> Vec<Channel<'_>> {
     let topics = Topics::default();
-    let mut channels = Vec::new();
-    for (topic, series) in [(topics.commanded, &session.commanded), (topics.measured, &session.measured)] {
-        let (Some(topic), Some(series)) = (topic, series) else { continue };
-        let body = move |i: usize, stamp_ns: i64| {
-            let pose = &series.value[i];
-            messages::encode(stamp_ns, "nozzle", &(pose.position_m, pose.orientation_xyzw))
-        };
-        channels.push(Channel {
-            topic,
-            type_name: messages::POSE,
-            schema: schemas::pose(),
-            time_ns: &series.time_ns,
-            body: Box::new(body),
-        });
-    }
-    if let (Some(topic), Some(series)) = (topics.twist, &session.twist) {
-        let body = move |i: usize, stamp_ns: i64| {
-            let twist = &series.value[i];
-            messages::encode(stamp_ns, "nozzle", &(twist.linear_m_per_s, twist.angular_rad_per_s))
-        };
-        channels.push(Channel {
-            topic,
-            type_name: messages::TWIST,
-            schema: schemas::twist(),
-            time_ns: &series.time_ns,
-            body: Box::new(body),
-        });
-    }
-    if let (Some(topic), Some(series)) = (topics.sensed, &session.sensed) {
-        let body = move |i: usize, stamp_ns: i64| {
-            let wrench = &series.value[i];
-            messages::encode(stamp_ns, "ft_sensor", &(wrench.force_n, wrench.torque_n_m))
-        };
-        channels.push(Channel {
-            topic,
-            type_name: messages::WRENCH,
-            schema: schemas::wrench(),
-            time_ns: &series.time_ns,
-            body: Box::new(body),
-        });
-    }
-    if let (Some(topic), Some(series)) = (topics.applied, &session.applied) {
-        let body = move |i: usize, stamp_ns: i64| {
-            messages::encode(stamp_ns, "nozzle", &(AxisMap::default().vector(series.value[i]), [0.0; 3]))
-        };
-        channels.push(Channel {
-            topic,
-            type_name: messages::WRENCH,
-            schema: schemas::wrench(),
-            time_ns: &series.time_ns,
-            body: Box::new(body),
-        });
-    }
-    channels
+    let pose = |topic, series| {
+        let type_and_schema = (messages::POSE, schemas::pose());
+        Channel::of(topic, series, type_and_schema, "nozzle", |pose: &Pose| (pose.position_m, pose.orientation_xyzw))
+    };
+    let twist = |twist: &Twist| (twist.linear_m_per_s, twist.angular_rad_per_s);
+    let sensed = |wrench: &Wrench| (wrench.force_n, wrench.torque_n_m);
+    let applied = |force_n: &f64| (AxisMap::default().vector(*force_n), [0.0; 3]);
+    let wrench = || (messages::WRENCH, schemas::wrench());
+    let all = [
+        pose(topics.commanded, session.commanded.as_ref()),
+        pose(topics.measured, session.measured.as_ref()),
+        Channel::of(topics.twist, session.twist.as_ref(), (messages::TWIST, schemas::twist()), "nozzle", twist),
+        Channel::of(topics.sensed, session.sensed.as_ref(), wrench(), "ft_sensor", sensed),
+        Channel::of(topics.applied, session.applied.as_ref(), wrench(), "nozzle", applied),
+    ];
+    all.into_iter().flatten().collect()
 }

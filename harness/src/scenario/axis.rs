@@ -86,6 +86,7 @@ fn signals(scenario: &Scenario, model: &Model, trace: &Trace<Axis>, contact_s: O
         curve("felt by the sensor", Role::Measured, trace.sensed.iter().map(|reading| bias_n - reading)),
         curve("at the interface", Role::Model, trace.interface.iter().copied()),
     ];
+    let net = vec![curve("felt and virtual together", Role::Model, trace.feedback.iter().copied())];
     let path = vec![
         curve("commanded", Role::Model, position(&trace.commanded).into_iter()),
         curve("reported", Role::Measured, position(&trace.measured).into_iter()),
@@ -93,6 +94,7 @@ fn signals(scenario: &Scenario, model: &Model, trace: &Trace<Axis>, contact_s: O
     let speed = trace.after.iter().map(|motion| motion.velocity_m_per_s * MM_PER_M);
     let panels = vec![
         panel("force in N", sensor_s, force),
+        panel("force on the satellites in N", loop_s.clone(), net),
         panel("position in mm", loop_s.clone(), path),
         panel("velocity in mm/s", loop_s, vec![curve("satellites", Role::Model, speed)]),
     ];

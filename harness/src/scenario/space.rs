@@ -266,7 +266,12 @@ fn motions(scenario: &Scenario, trace: &Trace<Spatial>, contact_s: Option<(f64, 
         };
         roles.into_iter().enumerate().map(one).collect::<Vec<_>>()
     };
+    let net = |(axis, (name, role)): (usize, (&str, Role))| {
+        curve(name, role, trace.feedback.iter().map(move |wrench| wrench.force_n[axis]))
+    };
+    let net: Vec<_> = roles.into_iter().enumerate().map(net).collect();
     let panels = vec![
+        panel("felt and virtual force on the chaser in N", loop_s.clone(), net),
         panel(
             "commanded position in mm",
             loop_s.clone(),

@@ -6,7 +6,7 @@ use super::{growth_per_s, is_stable};
 use crate::error::Error;
 use serde::Serialize;
 use sim_core::refusal::{Refusal, finite, not_negative, positive};
-use sim_core::stability::budget::{Path, budget};
+use sim_core::stability::budget::{Line, Path, budget};
 use sim_core::stability::{exact, impact, pade};
 
 /// Longest delay that is added in the search for the margin, in s.
@@ -79,6 +79,13 @@ pub struct Margin {
     pub per_cent: Option<f64>,
 }
 
+impl Margin {
+    /// At this distance from this edge.
+    pub(super) fn to_edge(distance: f64, edge: f64) -> Self {
+        Margin { distance, per_cent: (edge > 0.0).then(|| 100.0 * distance / edge) }
+    }
+}
+
 /// The sampled loop: exact, from its monodromy matrix.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Sampled {
@@ -110,6 +117,23 @@ pub struct Budgeted {
     pub contribution_s: f64,
     /// What it costs in damping; `None` if no damping suffices.
     pub damping_n_s_per_m: Option<f64>,
+}
+
+impl Budgeted {
+    /// A line of the budget as data.
+    pub(super) fn of(line: &Line) -> Self {
+        Budgeted {
+            name: line.contributor.name.clone(),
+            path: match line.contributor.path {
+                Path::Hardware => "hardware",
+                Path::Virtual => "virtual",
+                Path::Both => "both",
+            },
+            delay_s: line.contributor.delay_s,
+            contribution_s: line.contribution_s,
+            damping_n_s_per_m: line.damping_n_s_per_m,
+        }
+    }
 }
 
 /// Answers. Input without meaning is refused; what is unstable is answered.
@@ -238,33 +262,20 @@ fn of_cell(subject: &Subject, cell: &Cell) -> Result<Answer, Refusal> {
     let hopeless = linear.tool_mass_kg >= cell.model.plant.mass_kg;
     let interval = if hopeless { None } else { linear.sampled.damping_interval()? };
     let here = linear.sampled.virtual_damping_n_s_per_m;
-    let to_edge =
-        |distance: f64, edge: f64| Margin { distance, per_cent: (edge > 0.0).then(|| 100.0 * distance / edge) };
-    let lines = budget.lines.iter().map(|line| Budgeted {
-        name: line.contributor.name.clone(),
-        path: match line.contributor.path {
-            Path::Hardware => "hardware",
-            Path::Virtual => "virtual",
-            Path::Both => "both",
-        },
-        delay_s: line.contributor.delay_s,
-        contribution_s: line.contribution_s,
-        damping_n_s_per_m: line.damping_n_s_per_m,
-    });
     let growth = growth_per_s(subject).unwrap_or(f64::INFINITY);
     Ok(Answer {
         stable: Some(stable),
         growth_per_s: growth.is_finite().then_some(growth),
         delay_margin: (!hopeless).then(|| delay_margin(subject, stable)).flatten(),
-        damping_margin_low: interval.map(|edges| to_edge(here - edges.low_n_s_per_m, edges.low_n_s_per_m)),
-        damping_margin_high: interval.map(|edges| to_edge(edges.high_n_s_per_m - here, edges.high_n_s_per_m)),
+        damping_margin_low: interval.map(|edges| Margin::to_edge(here - edges.low_n_s_per_m, edges.low_n_s_per_m)),
+        damping_margin_high: interval.map(|edges| Margin::to_edge(edges.high_n_s_per_m - here, edges.high_n_s_per_m)),
         sampled: (!hopeless).then_some(Sampled {
             virtual_damping: interval
                 .map(|edges| Edges { low_n_s_per_m: edges.low_n_s_per_m, high_n_s_per_m: Some(edges.high_n_s_per_m) }),
             growth_per_tick: linear.sampled.growth_per_tick()?,
         }),
         one_sided: one_sided(mass, stiffness, damping, budget.delay_s)?,
-        budget: lines.collect(),
+        budget: budget.lines.iter().map(Budgeted::of).collect(),
         left_out: linear.left_out,
         damping_interval: if hopeless { None } else { answer.damping_interval },
         longest_delay_s: if hopeless { None } else { answer.longest_delay_s },
@@ -298,7 +309,7 @@ fn delay_margin(subject: &Subject, stable: bool) -> Option<Margin> {
         if same(middle)? { from = middle } else { to = middle }
     }
     let distance = 0.5 * (from + to);
-    Some(Margin { distance, per_cent: Some(100.0 * distance / (here + distance)) })
+    Some(Margin::to_edge(distance, here + distance))
 }
 
 /// The one-sided impact with this delay; `None` where the delay is longer than a contact.

@@ -2,7 +2,7 @@
 //! that the computer sees nothing.
 
 use super::cell;
-use super::sockets::{Looped, looped};
+use super::sockets::{free, heard};
 use drivers::fault::{Needs, Row, Stream, TABLE};
 use harness::cell::Cell;
 use harness::cell::controller::{Reference, Task};
@@ -98,14 +98,16 @@ fn every_fault_that_needs_sockets_shows_what_the_list_says() {
     for row in &sockets {
         let cell = cell_with_page(&written(row));
         let name = format!("{} on {}", row.id, row.on.id());
-        let Looped { ran, events, answered } = looped(&cell, 2.0);
+        let bound = free(&cell);
+        let (ran, events) = heard(&cell, 2.0, &bound, bound.clone());
         assert!(ran.idle.is_empty(), "{name}: {:?} did nothing", ran.idle);
         let shown: Vec<&str> = row.classes.iter().copied().filter(|class| events.contains_key(*class)).collect();
         assert_eq!(shown, row.classes, "{name}: {events:?}");
         assert_eq!((ran.cycles, &ran.stops[..]), (500, &[][..]), "{name}: the run goes on");
-        assert!(answered >= ran.answered && ran.answered >= 499, "{name}: {} of {answered}", ran.answered);
+        assert!(ran.answered >= 499, "{name}: {} answered", ran.answered);
         // Whatever the network did, and however long it took: the exchange is the same again.
-        let again = looped(&cell, 2.0).ran;
+        let bound = free(&cell);
+        let (again, _) = heard(&cell, 2.0, &bound, bound.clone());
         assert_eq!(ran.first_difference(&again), None, "{name}");
         assert_eq!(ran.session, again.session, "{name}");
     }

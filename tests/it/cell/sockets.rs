@@ -2,6 +2,7 @@
 
 use super::{cell, reference};
 use crate::shell::Shell;
+use drivers::rsi::Transport;
 use harness::cell::Cell;
 use harness::cell::clock::WallClock;
 use harness::cell::controller::{Reference, Task};
@@ -12,29 +13,43 @@ use harness::cell::serve::Served;
 use harness::cell::wires::{Addresses, Pace, Wires};
 use sim_core::effects::standard;
 use std::collections::BTreeMap;
-use std::net::UdpSocket;
+use std::net::{SocketAddr, TcpListener, UdpSocket};
 use std::time::Duration;
 
 /// The longest wait: a machine that is busy is no failure.
-const PATIENCE: Duration = Duration::from_secs(60);
+pub const PATIENCE: Duration = Duration::from_secs(60);
 
-/// What is left of a run over loopback.
-pub struct Looped {
-    pub ran: Ran,
-    /// What the computer reported, by class.
-    pub events: BTreeMap<String, u64>,
-    /// Frames that the computer answered.
-    pub answered: u64,
+/// A port of each robot that nobody has now.
+pub fn free(cell: &Cell) -> Vec<SocketAddr> {
+    let port = |nth: usize| match cell.ethernet(nth).unwrap().protocol {
+        Transport::Udp => UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap(),
+        Transport::Tcp => TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap(),
+    };
+    (0..cell.config.robots.len()).map(port).collect()
 }
 
 /// A run with the reference controller in a thread of its own, behind sockets.
-pub fn looped(cell: &Cell, duration_s: f64) -> Looped {
-    let free = || UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
-    let robots = cell.config.robots.iter().map(|_| free()).collect();
-    let mut addresses = Addresses { robots, sensor: "127.0.0.1:0".parse().unwrap(), page: cell.config.sensor.page };
-    let mut wires = Wires::bind(&addresses, Pace::Virtual { patience: PATIENCE }, PATIENCE).unwrap();
-    addresses.sensor = wires.sensor();
-    addresses.page = wires.page();
+fn looped(cell: &Cell, duration_s: f64) -> Ran {
+    let robots = free(cell);
+    through(cell, duration_s, &robots.clone(), robots)
+}
+
+/// The same where the robots send to `called`, and the controller is bound to `bound`.
+pub fn through(cell: &Cell, duration_s: f64, called: &[SocketAddr], bound: Vec<SocketAddr>) -> Ran {
+    heard(cell, duration_s, called, bound).0
+}
+
+/// The same, and what the controller's side has heard, by class.
+pub fn heard(
+    cell: &Cell,
+    duration_s: f64,
+    called: &[SocketAddr],
+    bound: Vec<SocketAddr>,
+) -> (Ran, BTreeMap<String, u64>) {
+    let sensor = "127.0.0.1:0".parse().unwrap();
+    let addresses = Addresses { robots: called.to_vec(), sensor, page: cell.config.sensor.page };
+    let mut wires = Wires::bind(cell, &addresses, Pace::Virtual { patience: PATIENCE }, PATIENCE).unwrap();
+    let addresses = Addresses { robots: bound, sensor: wires.sensor(), page: wires.page() };
     let model = cell.model(&standard()).unwrap();
     std::thread::scope(|scope| {
         let controller = scope.spawn(|| {
@@ -44,7 +59,7 @@ pub fn looped(cell: &Cell, duration_s: f64) -> Looped {
                 check_page(cell, page, &mut events).unwrap();
             }
             let mut on_wire = OnWire::new(cell, reference).unwrap();
-            let mut served = Served::bind(&addresses).unwrap();
+            let mut served = Served::bind(cell, &addresses).unwrap();
             let answered = served.serve(&mut on_wire, PATIENCE, Duration::from_millis(500)).unwrap();
             events.append(&mut on_wire.events);
             (answered, events)
@@ -52,9 +67,11 @@ pub fn looped(cell: &Cell, duration_s: f64) -> Looped {
         let clock = WallClock::new();
         let ran = run(cell, &standard(), &Options { duration_s }, &mut wires).unwrap();
         eprintln!("{} cycles over loopback in {:.0} ms", ran.cycles, clock.now().seconds() * 1e3);
+        // A robot that has left takes no more answers.
+        drop(wires);
         let (answered, events) = controller.join().unwrap();
         assert!(answered >= ran.answered);
-        Looped { ran, events, answered }
+        (ran, events)
     })
 }
 
@@ -63,12 +80,13 @@ fn over_loopback_a_run_is_the_same_to_the_last_bit() {
     for (name, fault) in [
         ("bench", ""),
         ("pair", ""),
+        ("krc2", ""),
         ("bench", "[[fault]]\nid = \"truncate\"\non = \"rsi-frame\"\nbytes = 30\nat = 20\n"),
         ("bench", "[[fault]]\nid = \"drop\"\non = \"rsi-frame\"\nat = \"first-contact\"\nfor = 5\n"),
         ("bench", "[[fault]]\nid = \"drop\"\non = \"rsi-reply\"\nat = 30\nfor = 200\n"),
     ] {
         let cell = cell(name, fault);
-        let (here, there) = (reference(&cell, 0.8), looped(&cell, 0.8).ran);
+        let (here, there) = (reference(&cell, 0.8), looped(&cell, 0.8));
         assert_eq!(here.session, there.session, "{name} {fault}");
         assert_eq!(
             (here.cycles, here.answered, &here.stops),
@@ -84,7 +102,7 @@ fn a_thousand_cycles_over_loopback_are_answered() {
     let clock = WallClock::new();
     let here = reference(&cell, 4.0);
     eprintln!("{} cycles in process in {:.0} ms", here.cycles, clock.now().seconds() * 1e3);
-    let there = looped(&cell, 4.0).ran;
+    let there = looped(&cell, 4.0);
     assert_eq!((there.cycles, there.answered), (1000, 1000));
     assert_eq!(here.session, there.session);
 }
@@ -113,5 +131,5 @@ fn a_controller_that_does_not_come_or_ends_is_said() {
     }
     assert!(test("sh -c 'echo I am broken; exit 7'").err.contains("I am broken"));
     let unknown = shell.run(&["test", "--cell", "no-such-cell", "--controller", "reference"]);
-    assert!(unknown.exit == 2 && unknown.err.contains("one of: bench, pair"), "{}", unknown.err);
+    assert!(unknown.exit == 2 && unknown.err.contains("one of: bench, krc2, pair"), "{}", unknown.err);
 }

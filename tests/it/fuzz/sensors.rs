@@ -27,9 +27,9 @@ static SETTINGS: LazyLock<[Settings; 8]> =
     LazyLock::new(|| SENSORS.map(|text| toml::from_str(text).expect("these settings are sound")));
 
 /// What a device answers when its own host talks to it.
-pub fn dialogue(nth: usize) -> Vec<Vec<u8>> {
-    let mut sensor = SETTINGS[nth].sensor().expect("these settings are sound");
-    let mut device = SETTINGS[nth].device().expect("these settings are sound");
+pub fn dialogue<const NTH: usize>() -> Vec<Vec<u8>> {
+    let mut sensor = SETTINGS[NTH].sensor().expect("these settings are sound");
+    let mut device = SETTINGS[NTH].device().expect("these settings are sound");
     let (mut requests, mut answers, mut events, mut said) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     sensor.start(&mut requests);
     for cycle in 0..30 {
@@ -42,14 +42,14 @@ pub fn dialogue(nth: usize) -> Vec<Vec<u8>> {
     }
     let apart = session(said.iter().map(Vec::as_slice));
     // A stream may come in any pieces; a datagram is whole.
-    let together = (SETTINGS[nth].transport() == Transport::Stream).then(|| session([said.concat().as_slice()]));
+    let together = (SETTINGS[NTH].transport() == Transport::Stream).then(|| session([said.concat().as_slice()]));
     [apart].into_iter().chain(together).collect()
 }
 
 /// The host's side of a sensor: nothing comes in without leaving a trace, and its own count is the sum.
-pub fn sensor(nth: usize, input: &[u8], outcomes: &mut Outcomes) {
-    let datagrams = SETTINGS[nth].transport() == Transport::Udp;
-    let mut sensor = SETTINGS[nth].sensor().expect("these settings are sound");
+pub fn sensor<const NTH: usize>(input: &[u8], outcomes: &mut Outcomes) {
+    let datagrams = SETTINGS[NTH].transport() == Transport::Udp;
+    let mut sensor = SETTINGS[NTH].sensor().expect("these settings are sound");
     let (mut sent, mut all, mut now) = (Vec::new(), Vec::new(), Nanos(0));
     sensor.start(&mut sent);
     for piece in pieces(input) {

@@ -3,7 +3,7 @@
 use super::super::page::{Chart, Page, Role, Row, Section, Table, Tone, XyCurve};
 use super::table::{numbers, row, table, words as text};
 use super::words::{Scale, figures, number, value};
-use crate::stability::{Answer, Domain, Side};
+use crate::stability::{Answer, Budgeted, Domain, Margin, Side};
 use sim_core::stability::exact::critical_delay;
 
 /// A slower growth is rounding: it doubles in thirty years.
@@ -43,11 +43,14 @@ fn tone(answer: &Answer) -> Tone {
     }
 }
 
+/// `2 ms (12 % of the edge)`.
+pub(super) fn margin(margin: &Margin, unit: &str) -> String {
+    let share =
+        margin.per_cent.map(|share| format!(" ({} % of the edge)", figures(share.abs(), 2))).unwrap_or_default();
+    format!("{}{share}", value(margin.distance.abs(), unit))
+}
+
 fn verdict(answer: &Answer) -> String {
-    let margin = |margin: &crate::stability::Margin, unit: &str| {
-        let share = margin.per_cent.map(|share| format!(" ({} %)", figures(share.abs(), 2))).unwrap_or_default();
-        format!("{}{share}", value(margin.distance.abs(), unit))
-    };
     match answer.stable {
         None => format!("stable below a dead time of {}", value(answer.critical_delay_s.unwrap_or(0.0), "s")),
         Some(false) if answer.growth_per_s.is_some_and(|growth| growth.abs() < NEUTRAL_PER_S) => {
@@ -98,15 +101,7 @@ fn sentences(answer: &Answer) -> Vec<String> {
                 .to_owned(),
         );
     }
-    if let Some(worst) = answer.budget.iter().max_by(|a, b| a.contribution_s.total_cmp(&b.contribution_s)) {
-        let all = answer.delay_s.unwrap_or(0.0);
-        said.push(format!(
-            "Largest contributor to the delay of {}: {}, {}.",
-            value(all, "s"),
-            worst.name,
-            value(worst.contribution_s, "s")
-        ));
-    }
+    said.extend(largest(&answer.budget, answer.delay_s));
     if let (Some(delay_s), Some(critical_s)) = (answer.delay_s, answer.critical_delay_s) {
         said.push(format!(
             "One dead time of {} stands for the loop; by the closed form it may be {} with this damping (Padé would say {}).",
@@ -119,6 +114,13 @@ fn sentences(answer: &Answer) -> Vec<String> {
     said.extend(advice(answer, stable));
     said.extend(answer.left_out.iter().map(|left| format!("Not in this prediction: {left}.")));
     said
+}
+
+/// Who takes most of the delay.
+pub(super) fn largest(budget: &[Budgeted], delay_s: Option<f64>) -> Option<String> {
+    let worst = budget.iter().max_by(|a, b| a.contribution_s.total_cmp(&b.contribution_s))?;
+    let (all, part) = (value(delay_s.unwrap_or(0.0), "s"), value(worst.contribution_s, "s"));
+    Some(format!("Largest contributor to the delay of {all}: {}, {part}.", worst.name))
 }
 
 fn one_sided(answer: &Answer) -> Option<String> {
@@ -167,18 +169,20 @@ fn advice(answer: &Answer, stable: bool) -> Option<String> {
 }
 
 fn tables(answer: &Answer) -> Vec<Table> {
-    [budget_table(answer), numbers_table(answer)].into_iter().flatten().collect()
+    let note = "τ = Σ kᵢ τᵢ / k: to first order the loop sees one delay. Good to some 2 %; the verdict is from the sampled loop.";
+    [budget_table(&answer.budget, answer.delay_s, note), numbers_table(answer)].into_iter().flatten().collect()
 }
 
-fn budget_table(answer: &Answer) -> Option<Table> {
+/// Who makes the force late, and what that costs.
+pub(super) fn budget_table(budget: &[Budgeted], delay_s: Option<f64>, note: &str) -> Option<Table> {
     let ms = |delay_s: f64| figures(delay_s * 1e3, 4);
-    let line = |line: &crate::stability::Budgeted| {
+    let line = |line: &Budgeted| {
         let damping = line.damping_n_s_per_m.map_or("–".to_owned(), |damping| figures(damping, 3));
         row(None, vec![line.name.clone(), line.path.to_owned(), ms(line.delay_s), ms(line.contribution_s), damping])
     };
-    let mut rows: Vec<Row> = answer.budget.iter().map(line).collect();
-    if let Some(delay_s) = answer.delay_s.filter(|_| !rows.is_empty()) {
-        let all: Option<f64> = answer.budget.iter().map(|line| line.damping_n_s_per_m).sum();
+    let mut rows: Vec<Row> = budget.iter().map(line).collect();
+    if let Some(delay_s) = delay_s.filter(|_| !rows.is_empty()) {
+        let all: Option<f64> = budget.iter().map(|line| line.damping_n_s_per_m).sum();
         let needed = all.map_or("–".to_owned(), |damping| figures(damping, 3));
         rows.push(row(None, vec!["all together".into(), String::new(), String::new(), ms(delay_s), needed]));
     }
@@ -189,7 +193,6 @@ fn budget_table(answer: &Answer) -> Option<Table> {
         numbers("its share of the whole in ms"),
         numbers("damping it costs in N s/m"),
     ];
-    let note = "τ = Σ kᵢ τᵢ / k: to first order the loop sees one delay. Good to some 2 %; the verdict is from the sampled loop.";
     table(Section::Quantities, "Delay budget", note, columns, rows)
 }
 

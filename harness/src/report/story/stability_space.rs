@@ -1,10 +1,13 @@
 //! The stability of a cell with six axes as a page.
 
 use super::super::page::{Page, Row, Section, Table, Tone};
-use super::stability::chart;
+use super::stability::{budget_table, chart, largest, margin};
 use super::table::{numbers, row, table, words as text};
 use super::words::{figures, number, value};
-use crate::stability::{Domain, SpaceAnswer};
+use crate::stability::{Domain, Margin, SpaceAnswer};
+
+const BUDGET_NOTE: &str = "Along the normal of the contact; to first order the loop sees one delay, τ = Σ kᵢ τᵢ / k. The verdict is \
+                           from the characteristic roots of all six axes.";
 
 /// The answer as a page.
 pub fn stability_space_page(
@@ -24,18 +27,37 @@ pub fn stability_space_page(
         plots: Vec::new(),
         loops: Vec::new(),
         charts: domain.map(|domain| chart(None, domain)).into_iter().collect(),
-        tables: [roots(answer), quantities(answer)].into_iter().flatten().collect(),
+        tables: [budget_table(&answer.budget, answer.delay_s, BUDGET_NOTE), roots(answer), quantities(answer)]
+            .into_iter()
+            .flatten()
+            .collect(),
         ladder: None,
         provenance: provenance.to_vec(),
     }
 }
 
 fn verdict(answer: &SpaceAnswer) -> String {
-    match (answer.stable, answer.delay_margin_s) {
-        (true, Some(margin_s)) => format!("stable; margin {} of delay on both paths", value(margin_s, "s")),
-        (true, None) => "stable, and no delay that was tried changes it".to_owned(),
-        (false, Some(margin_s)) => format!("unstable; {} of delay are too much", value(-margin_s, "s")),
-        (false, None) => "unstable, even with no delay but the hold of half a tick".to_owned(),
+    let delay = answer.delay_margin.as_ref().map(|found| margin(found, "s"));
+    let damping = |found: &Option<Margin>| found.as_ref().map(|found| margin(found, "N s/m"));
+    if answer.stable {
+        let delay = delay.map(|delay| format!("{delay} of delay on both paths"));
+        let damping =
+            damping(&answer.damping_margin_low).map(|damping| format!("{damping} of damping along the normal"));
+        let margins: Vec<String> = delay.into_iter().chain(damping).collect();
+        return match margins.is_empty() {
+            true => "stable, and no delay and no damping that was tried changes it".to_owned(),
+            false => format!("stable; margin {}", margins.join(" and ")),
+        };
+    }
+    match (&answer.damping_margin_low, &answer.damping_margin_high, delay) {
+        (Some(low), ..) if low.distance <= 0.0 => {
+            format!("unstable; {} of damping along the normal are missing", margin(low, "N s/m"))
+        }
+        (_, Some(high), _) if high.distance <= 0.0 => {
+            format!("unstable; {} of damping along the normal are too much", margin(high, "N s/m"))
+        }
+        (.., Some(delay)) => format!("unstable; {delay} of delay are too much"),
+        _ => "unstable, even with no delay but the hold of half a tick; no damping along the normal alone makes it stable".to_owned(),
     }
 }
 
@@ -52,6 +74,8 @@ fn sentences(answer: &SpaceAnswer) -> Vec<String> {
         let time_s = std::f64::consts::LN_2 / slowest.growth_per_s.abs();
         said.push(format!("The slowest motion {verb} in {}.", value(time_s, "s")));
     }
+    said.extend(largest(&answer.budget, answer.delay_s));
+    said.extend(advice(answer));
     if answer.free_directions > 0 {
         said.push(format!("In {} of six directions nothing pushes: they coast.", answer.free_directions));
     }
@@ -61,6 +85,31 @@ fn sentences(answer: &SpaceAnswer) -> Vec<String> {
     );
     said.extend(answer.left_out.iter().map(|left| format!("Not in this prediction: {left}.")));
     said
+}
+
+fn advice(answer: &SpaceAnswer) -> Option<String> {
+    if answer.stable {
+        return None;
+    }
+    let mut ways: Vec<String> = Vec::new();
+    match (&answer.damping_margin_low, &answer.damping_margin_high) {
+        (Some(low), Some(high)) if low.distance <= 0.0 => ways.push(format!(
+            "{} to {} more damping along the normal",
+            value(-low.distance, "N s/m"),
+            value(high.distance, "N s/m")
+        )),
+        (Some(low), None) if low.distance <= 0.0 => {
+            ways.push(format!("at least {} more damping along the normal", value(-low.distance, "N s/m")));
+        }
+        (_, Some(high)) if high.distance <= 0.0 => {
+            ways.push(format!("{} less damping along the normal", value(-high.distance, "N s/m")));
+        }
+        _ => {}
+    }
+    if let Some(delay) = &answer.delay_margin {
+        ways.push(format!("{} less delay on both paths", value(-delay.distance, "s")));
+    }
+    (!ways.is_empty()).then(|| format!("To make it stable: {}.", ways.join("; or ")))
 }
 
 fn roots(answer: &SpaceAnswer) -> Option<Table> {
@@ -75,8 +124,10 @@ fn roots(answer: &SpaceAnswer) -> Option<Table> {
 
 fn quantities(answer: &SpaceAnswer) -> Option<Table> {
     let rows = vec![
+        row(None, vec!["stiffness along the normal".to_owned(), value(answer.stiffness_n_per_m, "N/m")]),
+        row(None, vec!["damping along the normal".to_owned(), value(answer.damping_n_s_per_m, "N s/m")]),
         row(None, vec!["delay of what the sensor feels".to_owned(), value(answer.felt_delay_s, "s")]),
         row(None, vec!["delay of what the software adds".to_owned(), value(answer.virtual_delay_s, "s")]),
     ];
-    table(Section::Quantities, "Delays", "", vec![text("what"), numbers("value")], rows)
+    table(Section::Quantities, "Numbers", "", vec![text("what"), numbers("value")], rows)
 }

@@ -1,17 +1,14 @@
 //! The facility's half of the loop, with the satellites outside, gives the bits of the closed loop.
 
+use super::cell;
 use sim_core::closed_loop::{Clamps, ClosedLoop, Facility, Start, Stepped};
-use sim_core::compensator::{Compensator, Heard, Hybrid};
-use sim_core::contact::{Sides, SpringDashpot};
+use sim_core::compensator::{Compensator, Heard};
 use sim_core::effect::{Attached, Rates, Where};
 use sim_core::effects::standard;
-use sim_core::force_sensor::{AxisCell, SensorNoise};
-use sim_core::link::Link;
-use sim_core::plant::{Plant, PointMass};
-use sim_core::readout::Readout;
+use sim_core::force_sensor::SensorNoise;
+use sim_core::plant::Plant;
 use sim_core::rig::DockingAxis;
 use sim_core::rng::Streams;
-use sim_core::robot::StraightLine;
 use sim_core::space::{Axis, AxisMotion};
 use sim_core::time::{Nanos, Step};
 use sim_core::trace::{Columns, Trace};
@@ -23,25 +20,6 @@ const RATES: Rates = Rates {
     sensor_period: Nanos(1_000_000),
     sensor_phase: Nanos(1_000_000),
 };
-
-fn rig() -> DockingAxis {
-    DockingAxis {
-        plant: PointMass::of_mass(63.2),
-        link: Link { dead_time_s: 0.016 },
-        robot: StraightLine { corner_s: 0.004, averaging_s: 0.002 },
-        readout: Readout { delay_s: 0.016 },
-        law: SpringDashpot { stiffness_n_per_m: 1066.0, damping_n_s_per_m: 6.0, sides: Sides::One },
-        sensor: AxisCell { tool_weight_n: 73.5, bias_n: 2.1 },
-        noise: SensorNoise::NONE,
-        compensator: Hybrid {
-            bias_n: 2.1,
-            tool_weight_n: 73.5,
-            virtual_damping_n_s_per_m: 40.0,
-            dead_band_n: 0.25,
-            ..Hybrid::default()
-        },
-    }
-}
 
 fn start() -> Start<Axis> {
     Start {
@@ -89,7 +67,7 @@ fn bits(values: impl Iterator<Item = f64>) -> Vec<u64> {
 
 #[test]
 fn stepped_from_outside_it_gives_the_bits_of_the_closed_loop() {
-    let (rig, start) = (rig(), start());
+    let (rig, start) = (cell(), start());
     let catalog = standard();
     let kinds = catalog.kinds().iter().filter(|kind| kind.rigs != Where::Drive);
     let sets = kinds.map(|kind| {
@@ -117,7 +95,7 @@ fn stepped_from_outside_it_gives_the_bits_of_the_closed_loop() {
 
 #[test]
 fn a_step_allocates_nothing() {
-    let (rig, start) = (rig(), start());
+    let (rig, start) = (cell(), start());
     let effects: Vec<Attached<Axis>> = Vec::new();
     let looped = ClosedLoop::new(&rig, &effects, RATES);
     let mut facility = Facility::new(&looped, &start);
@@ -136,7 +114,7 @@ fn a_step_allocates_nothing() {
 
 #[test]
 fn a_command_that_is_not_given_is_given_again() {
-    let (rig, start) = (rig(), start());
+    let (rig, start) = (cell(), start());
     let effects: Vec<Attached<Axis>> = Vec::new();
     let looped = ClosedLoop::new(&rig, &effects, RATES);
     let mut facility = Facility::new(&looped, &start);
