@@ -14,6 +14,7 @@ mod effect;
 mod identify;
 mod import;
 mod inputs;
+mod interrupt;
 mod ladder;
 mod model;
 mod outcome;
