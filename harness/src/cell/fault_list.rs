@@ -29,12 +29,14 @@ pub fn text() -> String {
         let Some(id) = action["properties"]["id"]["const"].as_str() else { continue };
         // Writing to a text cannot fail.
         let _ = writeln!(out, "{id}: {}", said(action));
-        for (name, parameter) in action["properties"].as_object().into_iter().flatten().filter(|(name, _)| *name != "id")
+        for (name, parameter) in
+            action["properties"].as_object().into_iter().flatten().filter(|(name, _)| *name != "id")
         {
             let _ = writeln!(out, "  {name}{}: {}", default(action, name, parameter), said(parameter));
         }
         for row in TABLE.iter().filter(|row| row.id == id) {
-            let classes = if row.classes.is_empty() { "not seen from the computer".to_owned() } else { row.classes.join(", ") };
+            let classes =
+                if row.classes.is_empty() { "not seen from the computer".to_owned() } else { row.classes.join(", ") };
             let _ = writeln!(out, "  on {}: {classes}", row.on.id());
         }
     }

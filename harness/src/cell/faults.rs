@@ -6,9 +6,9 @@
 use super::config::Cell;
 use super::net_faults::is_on_links;
 use crate::error::Error;
-use crate::model::{List, Model, RigKind, check_effects, place};
+use crate::model::{List, Model, RigKind, check_effects, nearest, place};
 use crate::scenario::{Fault, FaultModel, acting};
-use drivers::fault::{Action, At, Stream, WireFault};
+use drivers::fault::{Action, At, Stream, TABLE, WireFault};
 use drivers::rsi::Transport;
 use sim_core::effect::{Attached, Catalog, Context, Effect, Rates, Reads};
 use sim_core::signals::{ContactForce, Received, Signals};
@@ -44,7 +44,7 @@ impl Faults {
             };
             if WireFault::knows(id) {
                 let fault = table.clone().try_into::<WireFault>();
-                let help = "see the streams and parameters of each fault in the documentation of drivers::fault";
+                let help = "see the streams and parameters of each fault with: dockhil cell --list-faults";
                 let fault = fault.map_err(|error| refuse(error.message().replace('\n', " "), help))?;
                 if let Some((what, help)) = impossible(&fault, cell)? {
                     return Err(refuse(what, help));
@@ -57,12 +57,18 @@ impl Faults {
                 places.push(nth);
                 continue;
             }
+            if catalog.get(id).is_none() {
+                let names = catalog.kinds().iter().map(|kind| kind.id.as_ref()).chain(TABLE.iter().map(|row| row.id));
+                let meant = nearest(id, names).map(|name| format!("; did you mean {name}?")).unwrap_or_default();
+                let help = "see the faults of the wire with: dockhil cell --list-faults, and the effects with: dockhil effect list";
+                return Err(refuse(format!("no fault and no effect is called {id:?}{meant}"), help));
+            }
             let help = "see all effects with: dockhil effect list";
             let fault = table.clone().try_into::<FaultModel>();
             models.push(fault.map_err(|error| refuse(error.message().replace('\n', " "), help))?);
             let all: Vec<_> = models.iter().map(|fault| &fault.effect).collect();
             let list = List { effects: &all, rig: RigKind::Docking, name: "", text: "", catalog };
-            check_effects(&list).map_err(|error| refuse(error.what, help))?;
+            check_effects(&list).map_err(|error| refuse(error.what, error.help.as_deref().unwrap_or(help)))?;
             if model.effects.iter().any(|effect| effect.enabled && effect.id == id) {
                 return Err(refuse(format!("effect {id} is in the model already"), "put it into one of the two files"));
             }

@@ -16,6 +16,7 @@
 //! | `frames` | poses of two robots and the relative one |
 //! | `virtual_cell`, `faults`, `session` | the cell without a socket, what it gets wrong, and what was exchanged |
 //! | `controller`, `on_wire`, `pc` | controllers under test in SI, and their bytes |
+//! | `fault_list` | the faults of the wire as text |
 //! | `run` | one run: the cell and whoever is at the other end |
 //! | `wires`, `serve`, `link`, `process`, `clock` | the same over real sockets, with a program that is started and watched |
 //! | `net_faults`, `intruder` | what only sockets get wrong: strangers, closed ports, a second client |
@@ -28,6 +29,7 @@ pub mod clock;
 mod config;
 mod config_check;
 pub mod controller;
+pub mod fault_list;
 pub mod faults;
 pub mod frames;
 mod intruder;

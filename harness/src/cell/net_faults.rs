@@ -16,6 +16,7 @@
 //! the run is the same each time.
 
 use super::config::Cell;
+use super::run::FaultAccount;
 use super::virtual_cell::Moment;
 use crate::error::Error;
 use crate::model::place;
@@ -119,9 +120,8 @@ impl NetFaults {
         }
     }
 
-    /// Those that never acted.
-    pub(super) fn idle(&self) -> Vec<String> {
-        let idle = self.faults.iter().filter(|one| one.schedule.acted() == 0);
-        idle.map(|one| format!("{} on {}", one.fault.id(), one.fault.on.id())).collect()
+    /// What came of each.
+    pub(super) fn accounts(&self) -> Vec<FaultAccount> {
+        self.faults.iter().map(|one| FaultAccount::of(&one.fault, &one.schedule)).collect()
     }
 }

@@ -11,16 +11,17 @@ use super::config::{Cell, ModeName};
 use super::faults::Faults;
 use super::frames::{Places, Reported, recorded, relative};
 use super::parts::settings;
+use super::run::FaultAccount;
 use super::session::{Log, push};
 use crate::error::Error;
 use crate::model::Model;
 use crate::recording::Wrench;
 use crate::simulate;
-use drivers::fault::{Event, Faulty, Needs, Out, Robot, Schedule, Stream, WireFault, row};
+use drivers::fault::{self, Event, Faulty, Needs, Out, Robot, Schedule, WireFault, row};
 use drivers::ft::{self, AnyDevice, AnySensor, Device, Sensor};
 use drivers::rsi::{Controller, ControllerEvent, POSE, Telegram};
 use sim_core::closed_loop::Stepped;
-use sim_core::rng::Streams;
+use sim_core::rng::{Stream, Streams};
 use sim_core::space::{Axis, AxisMotion};
 use sim_core::time::Nanos;
 use std::collections::BTreeMap;
@@ -90,6 +91,11 @@ pub struct VirtualCell<'f> {
     /// Hears what arrives from the sensor, for the log.
     tap: AnySensor,
     across: [f64; 2],
+    /// Noise of the read-out, which the computer sees: standard deviation, in m, and where it is drawn.
+    readout_sigma_m: f64,
+    readout: Stream,
+    /// Records of the sensor that were not there when the frames of their cycle went.
+    late: Vec<Packet>,
     now: Nanos,
     cycle: u64,
     samples: u64,
@@ -132,10 +138,13 @@ impl<'f> VirtualCell<'f> {
             places,
             device: settings_of_sensor.device().map_err(refuse)?,
             weight_n: model.sensor.tool_mass_kg * crate::blocks::GRAVITY_M_PER_S2,
-            ft: stream(Stream::Ft),
-            requests: stream(Stream::FtRequest),
+            ft: stream(fault::Stream::Ft),
+            requests: stream(fault::Stream::FtRequest),
             tap: settings_of_sensor.sensor().map_err(refuse)?,
             across: [pose.position_m.x, pose.position_m.y],
+            readout_sigma_m: model.readout.position_sigma_m,
+            readout: streams.named("cell/readout"),
+            late: Vec::new(),
             now: Nanos(0),
             cycle: 0,
             samples: 0,
@@ -185,6 +194,7 @@ impl<'f> VirtualCell<'f> {
             self.touched = true;
             self.happened(Event::FirstContact);
         }
+        out.append(&mut self.late);
         for (at, reading_n) in readings {
             self.sample(at, reading_n, out);
         }
@@ -220,14 +230,19 @@ impl<'f> VirtualCell<'f> {
             None => self.ft.pass(self.samples, None, &mut arrived),
         }
         self.samples += 1;
-        let packet = |packet: Out| Packet { line: Line::Sensor, at, bytes: packet.bytes, is_sound: true };
-        out.extend(arrived.into_iter().map(packet));
+        for packet in arrived {
+            let at = at + packet.within;
+            let packet = Packet { line: Line::Sensor, at, bytes: packet.bytes, is_sound: true };
+            // What is not there when the frames go belongs to the next cycle.
+            if at > self.now { self.late.push(packet) } else { out.push(packet) }
+        }
     }
 
     fn frame(&mut self, nth: usize, measured: &AxisMotion, out: &mut Vec<Packet>) {
         let nozzle = self.nozzle.map(|nozzle| self.target(nozzle));
         let here = if nth == self.probe {
-            let mut pose = simulate::pose(measured.position_m, measured.pitch_rad);
+            let noise_m = if self.readout_sigma_m > 0.0 { self.readout_sigma_m * self.readout.normal() } else { 0.0 };
+            let mut pose = simulate::pose(measured.position_m + noise_m, measured.pitch_rad);
             [pose.position_m[0], pose.position_m[1]] = self.across;
             let external_mm = self.links[nth].controller.external_target();
             let pose_mm_deg = self.places.probe_mm_deg(&relative(&pose), &external_mm, nozzle.as_ref());
@@ -249,7 +264,7 @@ impl<'f> VirtualCell<'f> {
         let at = self.now;
         let packet = |packet: Out| {
             let is_sound = runs_on && packet.bytes == frame;
-            Packet { line: Line::Robot(nth), at, bytes: packet.bytes, is_sound }
+            Packet { line: Line::Robot(nth), at: at + packet.within, bytes: packet.bytes, is_sound }
         };
         out.extend(arrived.into_iter().map(packet));
     }
@@ -341,14 +356,16 @@ impl<'f> VirtualCell<'f> {
         self.links.iter().all(|link| link.controller.stopped().is_some())
     }
 
-    /// Wire faults that never acted, in the order of the streams.
-    pub fn idle(&self) -> Vec<String> {
+    /// What came of each fault of the wire that the links do, in the order of the streams.
+    pub fn faults(&self) -> Vec<FaultAccount> {
         let streams =
             self.links.iter().flat_map(|link| [&link.frames, &link.replies]).chain([&self.ft, &self.requests]);
-        let bytes = streams.flat_map(Faulty::never_acted);
-        let clocks = self.links.iter().flat_map(|link| &link.clock_faults);
-        let clocks = clocks.filter(|(_, schedule)| schedule.acted() == 0).map(|(fault, _)| fault);
-        bytes.chain(clocks).map(|fault| format!("{} on {}", fault.id(), fault.on.id())).collect()
+        let clocks = self.links.iter().flat_map(|link| &link.clock_faults).map(|(fault, schedule)| (fault, schedule));
+        streams
+            .flat_map(Faulty::faults)
+            .chain(clocks)
+            .map(|(fault, schedule)| FaultAccount::of(fault, schedule))
+            .collect()
     }
 }
 
@@ -382,9 +399,7 @@ fn link(cell: &Cell, nth: usize, faults: &Faults, streams: &Streams) -> Result<L
         if !here || row(fault.id(), fault.on).is_none_or(|row| row.needs != Needs::Controller) {
             continue;
         }
-        if let (drivers::fault::Action::IpocCrossing { wraps }, drivers::fault::At::Number(cycle)) =
-            (&fault.action, fault.at)
-        {
+        if let (fault::Action::IpocCrossing { wraps }, fault::At::Number(cycle)) = (&fault.action, fault.at) {
             settings.cross_at(cycle, *wraps);
         }
         clock_faults.push((fault.clone(), Schedule::new(fault, index, streams)));
@@ -394,8 +409,8 @@ fn link(cell: &Cell, nth: usize, faults: &Faults, streams: &Streams) -> Result<L
         controller: Controller::new(settings, robot.start_mm_deg, [0.0; 6]),
         mode: robot.mode,
         correction: robot.correction.clone(),
-        frames: stream(Stream::RsiFrame),
-        replies: stream(Stream::RsiReply),
+        frames: stream(fault::Stream::RsiFrame),
+        replies: stream(fault::Stream::RsiReply),
         clock_faults,
         inbox: Vec::new(),
         answered: false,

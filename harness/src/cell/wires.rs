@@ -19,12 +19,13 @@ use super::link::{Calling, failed};
 use super::net_faults::NetFaults;
 use super::page_server::PageServer;
 use super::process::Started;
-use super::run::{Answers, Peer};
+use super::run::{Answers, FaultAccount, Peer};
 use super::virtual_cell::{Line, Moment, Packet};
 use crate::error::Error;
 use drivers::fault::Stream;
 use drivers::net::{Arrival, Clock, Endpoint, Lock, NetError, wait};
 use drivers::rsi::{Frames, Transport, split};
+use serde::Serialize;
 use sim_core::time::Nanos;
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
@@ -54,7 +55,7 @@ pub enum Pace {
 }
 
 /// How well the time was kept.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Timing {
     /// Cycles that were sent.
     pub cycles: u64,
@@ -139,6 +140,7 @@ pub struct Wires {
     /// How long to wait for the controller to come.
     ready: Duration,
     child: Option<Started>,
+    ends: Box<dyn Fn() -> bool>,
     begun: Option<Nanos>,
     waited_ns: i64,
     arrivals: Vec<Arrival>,
@@ -164,6 +166,7 @@ impl Wires {
             pace,
             ready,
             child: None,
+            ends: Box::new(|| false),
             begun: None,
             waited_ns: 0,
             arrivals: Vec::new(),
@@ -184,6 +187,11 @@ impl Wires {
     /// Watches this program: when it ends, the run does.
     pub fn watch(&mut self, child: Started) {
         self.child = Some(child);
+    }
+
+    /// Ends the run when this says so.
+    pub fn end_when(&mut self, ends: impl Fn() -> bool + 'static) {
+        self.ends = Box::new(ends);
     }
 
     /// The program that was watched.
@@ -232,6 +240,7 @@ impl Wires {
         if self.child.as_mut().is_some_and(|child| child.has_ended()) {
             answers.gone = true;
         }
+        answers.interrupted |= (self.ends)();
         Ok(())
     }
 
@@ -250,7 +259,8 @@ impl Wires {
         if let Pace::Virtual { patience } = self.pace {
             let end = clock.now() + nanos(patience);
             // Time stands still until the thief's request is here, or the computer has noticed and asks again.
-            while self.intruder.awaits_request() != steals && clock.now() < end && !answers.gone {
+            while self.intruder.awaits_request() != steals && clock.now() < end && !answers.gone && !answers.interrupted
+            {
                 self.look(LOOK, answers)?;
             }
         }
@@ -279,7 +289,7 @@ impl Wires {
         for nth in 0..self.robots.len() {
             while let Err(error) = self.robots[nth].link.connect(CONNECT) {
                 let Robot { name, address, .. } = &self.robots[nth];
-                if answers.gone {
+                if answers.gone || answers.interrupted {
                     return Err(Error::new(format!("the controller ended before it listened at {address} for {name}"))
                         .place("argument --controller")
                         .help("its own output says why"));
@@ -296,22 +306,23 @@ impl Wires {
         Ok(())
     }
 
-    /// Waits until every robot in `expected` has an answer, or until the end of the cycle.
-    fn collect(&mut self, sent: Nanos, end: Nanos, expected: &mut [bool], answers: &mut Answers) -> Result<(), Error> {
+    /// Waits until every robot has as many answers as it sent frames, or until the end of the cycle.
+    fn collect(&mut self, sent: Nanos, end: Nanos, expected: &mut [u64], answers: &mut Answers) -> Result<(), Error> {
         let mut seen = answers.replies.len();
         loop {
             let now = self.clock.now();
             for (nth, _) in &answers.replies[seen..] {
-                if std::mem::take(&mut expected[*nth]) {
+                if expected[*nth] > 0 {
+                    expected[*nth] -= 1;
                     let took_ns = (now - sent).0;
                     let (count, [sum_ns, most_ns]) = self.timing.answers;
                     self.timing.answers = (count + 1, [sum_ns + took_ns, most_ns.max(took_ns)]);
                 }
             }
             seen = answers.replies.len();
-            let is_done = matches!(self.pace, Pace::Virtual { .. }) && !expected.contains(&true);
-            if is_done || answers.gone || now >= end {
-                self.timing.missing += expected.iter().filter(|missing| **missing).count() as u64;
+            let is_done = matches!(self.pace, Pace::Virtual { .. }) && expected.iter().all(|missing| *missing == 0);
+            if is_done || answers.gone || answers.interrupted || now >= end {
+                self.timing.missing += expected.iter().sum::<u64>();
                 return Ok(());
             }
             self.look(Duration::from_nanos((end - now).0.unsigned_abs()), answers)?;
@@ -333,13 +344,16 @@ impl Peer for Wires {
         Ok(())
     }
 
-    fn account(&mut self) -> (BTreeMap<&'static str, u64>, Vec<String>) {
-        (std::mem::take(&mut self.intruder.events), self.intruder.faults.idle())
+    fn account(&mut self) -> (BTreeMap<&'static str, u64>, Vec<FaultAccount>) {
+        (std::mem::take(&mut self.intruder.events), self.intruder.faults.accounts())
     }
 
     fn begin(&mut self, greetings: &[Packet], answers: &mut Answers) -> Result<(), Error> {
         let limit = nanos(self.ready);
         while answers.requests.is_empty() {
+            if answers.interrupted {
+                return Err(Error::new("ended by a signal before a controller came"));
+            }
             if answers.gone {
                 return Err(Error::new("the controller ended before it asked for the sensor's stream")
                     .place("argument --controller")
@@ -360,8 +374,14 @@ impl Peer for Wires {
     fn exchange(&mut self, moment: &Moment, packets: &[Packet], answers: &mut Answers) -> Result<(), Error> {
         self.disturb(moment, packets, answers)?;
         let cycle = moment.cycle;
-        let begun = *self.begun.get_or_insert_with(|| self.clock.now());
-        let mut expected = vec![false; self.robots.len()];
+        let begun = match self.begun {
+            Some(begun) => begun,
+            None => {
+                self.waited_ns = 0;
+                *self.begun.insert(self.clock.now())
+            }
+        };
+        let mut expected = vec![0; self.robots.len()];
         let now = self.clock.now();
         let end = match self.pace {
             Pace::Virtual { patience } => {
@@ -379,7 +399,7 @@ impl Peer for Wires {
         for packet in packets {
             self.send(packet)?;
             if let Line::Robot(nth) = packet.line {
-                expected[nth] = true;
+                expected[nth] += 1;
             }
         }
         self.collect(now, end, &mut expected, answers)?;

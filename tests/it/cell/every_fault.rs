@@ -83,9 +83,10 @@ fn every_fault_shows_what_the_list_says() {
         let (ran, events) = here(&cell);
         let shown = shown(&events, &calm);
         let is_told = shown.iter().any(|class| row.classes.contains(&class.as_str()));
-        if !ran.idle.is_empty() || is_told == row.classes.is_empty() || (row.classes.is_empty() && !shown.is_empty()) {
+        if !ran.idle().is_empty() || is_told == row.classes.is_empty() || (row.classes.is_empty() && !shown.is_empty())
+        {
             let name = format!("{} on {}", row.id, row.on.id());
-            wrong.push(format!("{name}: the list says {:?}, the run {shown:?}, idle {:?}", row.classes, ran.idle));
+            wrong.push(format!("{name}: the list says {:?}, the run {shown:?}, idle {:?}", row.classes, ran.idle()));
         }
     }
     assert!(rows > 60 && wrong.is_empty(), "{rows} rows\n{}", wrong.join("\n"));
@@ -100,7 +101,7 @@ fn every_fault_that_needs_sockets_shows_what_the_list_says() {
         let name = format!("{} on {}", row.id, row.on.id());
         let bound = free(&cell);
         let (ran, events) = heard(&cell, 2.0, &bound, bound.clone());
-        assert!(ran.idle.is_empty(), "{name}: {:?} did nothing", ran.idle);
+        assert!(ran.idle().is_empty(), "{name}: {:?} did nothing", ran.idle());
         let shown: Vec<&str> = row.classes.iter().copied().filter(|class| events.contains_key(*class)).collect();
         assert_eq!(shown, row.classes, "{name}: {events:?}");
         assert_eq!((ran.cycles, &ran.stops[..]), (500, &[][..]), "{name}: the run goes on");

@@ -121,7 +121,7 @@ fn a_fault_on_a_stream_does_what_it_does_in_process() {
             let cell = krc2(has_length, &format!("[[fault]]\n{fault}\n"));
             let (here, address) = (reference(&cell, 0.8), free());
             let there = through(&cell, 0.8, &[address], vec![address]);
-            assert!(here.idle.is_empty(), "{fault}");
+            assert!(here.idle().is_empty(), "{fault}");
             check(&here, &there, fault);
         }
     }
