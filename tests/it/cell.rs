@@ -1,7 +1,9 @@
 //! The virtual cell: in process and over sockets the same, faults act as they say, and its recordings can be diagnosed.
 
 mod diagnosed;
+mod every_fault;
 mod faults;
+mod hostile;
 mod krc2;
 mod relative;
 pub mod sockets;

@@ -25,6 +25,7 @@ pub mod http;
 mod layout;
 pub mod netft_tcp;
 pub mod optoforce;
+mod page;
 pub mod rdt;
 pub mod record;
 pub mod robotiq;

@@ -3,8 +3,9 @@
 use super::config::Cell;
 use super::controller::Controller;
 use super::faults::{Account, Faults, watched};
+use super::net_faults::NetFaults;
 use super::on_wire::OnWire;
-use super::virtual_cell::{Line, Packet, VirtualCell};
+use super::virtual_cell::{Line, Moment, Packet, VirtualCell};
 use crate::blocks;
 use crate::error::Error;
 use crate::model::{Chosen, Model};
@@ -37,6 +38,13 @@ pub struct Answers {
 
 /// Somebody at the other end of the wires.
 pub trait Peer {
+    /// Takes the faults that need sockets, before anything else.
+    ///
+    /// # Errors
+    /// When there is one, and this one has no sockets.
+    fn equip(&mut self, cell: &Cell, faults: NetFaults) -> Result<(), Error> {
+        faults.refused_in_process(cell)
+    }
     /// Makes the links, carries what the robot controllers send then, and brings what is asked before the first cycle.
     ///
     /// # Errors
@@ -46,7 +54,11 @@ pub trait Peer {
     ///
     /// # Errors
     /// When the wires fail.
-    fn exchange(&mut self, cycle: u64, packets: &[Packet], answers: &mut Answers) -> Result<(), Error>;
+    fn exchange(&mut self, moment: &Moment, packets: &[Packet], answers: &mut Answers) -> Result<(), Error>;
+    /// What the sockets saw, by class, and which of the faults that need them did nothing.
+    fn account(&mut self) -> (BTreeMap<&'static str, u64>, Vec<String>) {
+        Default::default()
+    }
 }
 
 /// A controller in this process.
@@ -58,7 +70,7 @@ impl<C: Controller> Peer for InProcess<C> {
         greetings.iter().try_for_each(|packet| self.0.receive(packet.line, packet.at, &packet.bytes).map(drop))
     }
 
-    fn exchange(&mut self, _cycle: u64, packets: &[Packet], answers: &mut Answers) -> Result<(), Error> {
+    fn exchange(&mut self, _moment: &Moment, packets: &[Packet], answers: &mut Answers) -> Result<(), Error> {
         for packet in packets {
             let answer = self.0.receive(packet.line, packet.at, &packet.bytes)?;
             if let (Line::Robot(nth), Some(bytes)) = (packet.line, answer) {
@@ -84,7 +96,7 @@ pub struct Ran {
     pub left: bool,
     /// Robots that stopped, with what their controllers print.
     pub stops: Vec<(String, String)>,
-    /// Events of the robot controllers, by class.
+    /// Events of the robot controllers and of the cell's sockets, by class.
     pub events: BTreeMap<&'static str, u64>,
     /// Faults that did nothing.
     pub idle: Vec<String>,
@@ -171,12 +183,13 @@ impl Run<'_> {
         let mut cell = VirtualCell::new(self.cell, self.model, self.faults, &self.streams, facility)?;
         let (mut packets, mut answers, mut prints) = (Vec::new(), Answers::default(), Vec::new());
         let (probe, _) = self.cell.roles();
+        peer.equip(self.cell, NetFaults::of(self.cell, &self.faults.wire, &self.faults.places, &self.streams))?;
         peer.begin(&cell.greetings(), &mut answers)?;
         let (mut answered, mut left) = (0, false);
         for cycle in 0..self.cycles {
             answers.requests.drain(..).for_each(|request| cell.request(&request, &mut packets));
             cell.begin(&mut packets);
-            peer.exchange(cycle, &packets, &mut answers)?;
+            peer.exchange(&cell.moment(), &packets, &mut answers)?;
             // Which socket is read first is nobody's business: answers count robot by robot, the probe's last.
             answers.replies.sort_by_key(|(nth, _)| (*nth == probe, *nth));
             let print = packets.iter().fold(SEED, |print, packet| hashed(print, &packet.bytes));
@@ -190,6 +203,8 @@ impl Run<'_> {
                 break;
             }
         }
+        let (events, idle) = peer.account();
+        cell.events.extend(events);
         let name = |(nth, why): (usize, String)| (self.cell.config.robots[nth].name.clone(), why);
         Ok(Ran {
             session: cell.log.session(self.model, self.cell, cell.touched, self.late_s),
@@ -197,7 +212,7 @@ impl Run<'_> {
             answered,
             left,
             stops: cell.stops().into_iter().map(name).collect(),
-            idle: cell.idle(),
+            idle: [cell.idle(), idle].concat(),
             events: std::mem::take(&mut cell.events),
             prints,
         })

@@ -24,6 +24,7 @@ use sim_core::rng::Streams;
 use sim_core::space::{Axis, AxisMotion};
 use sim_core::time::Nanos;
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// Who a packet is from, or for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,6 +46,17 @@ pub struct Packet {
     pub bytes: Vec<u8>,
     /// Whether it is as it was sent and when: an answer to one that is not cannot be counted on.
     pub is_sound: bool,
+}
+
+/// Where a run is: what addresses of faults count.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Moment {
+    /// Number of the cycle.
+    pub cycle: u64,
+    /// Numbers of the samples since the cycle before.
+    pub samples: Range<u64>,
+    /// Whether probe and nozzle have touched.
+    pub touched: bool,
 }
 
 /// One robot's controller, its faults, and what was heard of it.
@@ -81,6 +93,7 @@ pub struct VirtualCell<'f> {
     now: Nanos,
     cycle: u64,
     samples: u64,
+    samples_before: u64,
     asked: u64,
     /// Whether probe and nozzle have touched.
     pub touched: bool,
@@ -126,6 +139,7 @@ impl<'f> VirtualCell<'f> {
             now: Nanos(0),
             cycle: 0,
             samples: 0,
+            samples_before: 0,
             asked: 0,
             touched: false,
             log: Log::default(),
@@ -166,7 +180,7 @@ impl<'f> VirtualCell<'f> {
         let touches = reported.touch.iter().any(|touch| touch.depth_m > 0.0);
         let readings: Vec<(Nanos, f64)> =
             reported.sensor_time.iter().copied().zip(reported.sensed.iter().copied()).collect();
-        self.now = now;
+        (self.now, self.samples_before) = (now, self.samples);
         if touches && !self.touched {
             self.touched = true;
             self.happened(Event::FirstContact);
@@ -178,6 +192,11 @@ impl<'f> VirtualCell<'f> {
             self.frame(nth, &measured, out);
         }
         self.hear(out);
+    }
+
+    /// Where the run is, after [`Self::begin`].
+    pub fn moment(&self) -> Moment {
+        Moment { cycle: self.cycle, samples: self.samples_before..self.samples, touched: self.touched }
     }
 
     fn happened(&mut self, event: Event) {

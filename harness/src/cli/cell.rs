@@ -143,7 +143,8 @@ impl Arguments {
             .enumerate()
             .map(|(nth, robot)| told(&cell, nth, *robot))
             .collect::<Result<_, _>>()?;
-        console.say(&format!("sensor at {}; frames go to {}\n", wires.sensor(), robots.join(" and ")));
+        let page = wires.page().map(|page| format!(", its page at {page}")).unwrap_or_default();
+        console.say(&format!("sensor at {}{page}; frames go to {}\n", wires.sensor(), robots.join(" and ")));
         let ran = run(&cell, catalog, &self.running.options(), &mut wires)?;
         if self.timed.real_time {
             console.print(&kept(&wires.timing, cell.config.time.cycle_s));

@@ -26,7 +26,8 @@ const REFERENCE: &str = "reference";
 #[derive(Debug, Args)]
 pub struct Arguments {
     /// The program to start, or `reference` for the one inside. `{rsi}` becomes the address where it is to be bound for the first
-    /// robot, `{rsi2}` for the second, `{ft}` the address of the sensor, `{cell}` the path of the cell.
+    /// robot, `{rsi2}` for the second, `{ft}` the address of the sensor, `{page}` that of its page, `{cell}`
+    /// the path of the cell.
     #[arg(long, value_name = "COMMAND")]
     controller: String,
     #[command(flatten)]
@@ -99,11 +100,15 @@ impl Arguments {
         if self.controller.contains("{ft}") {
             addresses.sensor.set_port(0);
         }
+        if let (true, Some(page)) = (self.controller.contains("{page}"), &mut addresses.page) {
+            page.set_port(0);
+        }
         let mut wires = Wires::bind(cell, &addresses, self.timed.pace(cell), self.timed.ready())?;
         let mut values = vec![("{ft}", wires.sensor().to_string()), ("{cell}", named(&self.running.cell))];
         for (key, address) in ["{rsi}", "{rsi2}"].into_iter().zip(&addresses.robots) {
             values.push((key, address.to_string()));
         }
+        values.extend(wires.page().map(|page| ("{page}", page.to_string())));
         let filled = |word: &String| values.iter().fold(word.clone(), |word, (key, value)| word.replace(key, value));
         let words: Vec<String> = words(&self.controller)?.iter().map(filled).collect();
         wires.watch(Started::start(&words)?);

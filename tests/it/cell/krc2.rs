@@ -189,7 +189,7 @@ fn strangers_change_nothing_and_a_link_that_closes_ends_the_run() {
 /// A controller that asks the sensor for its stream, and then does this.
 fn odd_controller(cell: &Cell, ready: Duration, act: impl FnOnce(SocketAddr) + Send) -> Result<Ran, String> {
     let robot = free();
-    let addresses = Addresses { robots: vec![robot], sensor: "127.0.0.1:0".parse().unwrap() };
+    let addresses = Addresses { robots: vec![robot], sensor: "127.0.0.1:0".parse().unwrap(), page: None };
     let mut wires = Wires::bind(cell, &addresses, Pace::Virtual { patience: PATIENCE }, ready).unwrap();
     let client = UdpSocket::bind("127.0.0.1:0").unwrap();
     client.send_to(&[0x12, 0x34, 0, 2, 0, 0, 0, 0], wires.sensor()).unwrap();
@@ -230,7 +230,8 @@ fn who_is_not_there_or_talks_nonsense_is_named() {
     }
 
     let taken = TcpListener::bind("127.0.0.1:0").unwrap();
-    let addresses = Addresses { robots: vec![taken.local_addr().unwrap()], sensor: "127.0.0.1:9".parse().unwrap() };
+    let addresses =
+        Addresses { robots: vec![taken.local_addr().unwrap()], sensor: "127.0.0.1:9".parse().unwrap(), page: None };
     let error = Served::bind(&cell, &addresses).map(drop).unwrap_err();
     assert!(error.to_string().contains("TCP port") && error.to_string().contains("is in use"), "{error}");
     assert!(error.to_string().contains("robot chaser"), "{error}");
