@@ -18,6 +18,8 @@ use std::time::Duration;
 const CLOSED: Nanos = Nanos(250_000_000);
 /// How long a stranger may take to connect. Chosen.
 const CONNECT: Duration = Duration::from_secs(1);
+/// Stamps that are remembered: an answer is at most some cycles late.
+const UNANSWERED_MAX: usize = 1024;
 /// What a stranger says where nobody has said anything yet.
 const STRANGE: &[u8] = b"<Sen Type=\"Stranger\"></Sen>";
 
@@ -122,7 +124,6 @@ impl Intruder {
 
     /// Does what is due before the packets of this moment are sent.
     pub fn disturb(&mut self, moment: &Moment, packets: &[Packet], sockets: &mut Sockets<'_>) -> Result<(), Error> {
-        self.faults.touched(moment.touched);
         let sent = |line: Line| packets.iter().find(|packet| packet.line == line).map(|packet| packet.bytes.clone());
         for nth in 0..sockets.robots.len() {
             let frame = sent(Line::Robot(nth));
@@ -142,6 +143,9 @@ impl Intruder {
                 let Some(stamp) = stamp else { continue };
                 sockets.robots[nth].link.refuse()?;
                 self.unanswered.insert((nth, stamp.value));
+                if self.unanswered.len() > UNANSWERED_MAX {
+                    self.unanswered.pop_first();
+                }
                 self.closed.insert(nth);
                 self.faults.count(due);
             }
@@ -153,8 +157,9 @@ impl Intruder {
         Ok(())
     }
 
-    /// Whether the second client is to ask in this moment, and has asked.
+    /// Whether the second client is to ask in this moment, and has asked. Comes before [`Self::disturb`].
     pub fn steals(&mut self, moment: &Moment, sockets: &mut Sockets<'_>) -> Result<bool, Error> {
+        self.faults.touched(moment.touched);
         let due = self.faults.due(Needs::SecondClient, Stream::Ft, 0, moment);
         let (false, Some(request)) = (due.is_empty(), self.request.clone()) else { return Ok(false) };
         due.into_iter().for_each(|due| self.faults.count(due));

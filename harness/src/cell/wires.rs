@@ -140,7 +140,7 @@ pub struct Wires {
     /// How long to wait for the controller to come.
     ready: Duration,
     child: Option<Started>,
-    ends: Box<dyn Fn() -> bool>,
+    ends: Box<dyn Fn() -> bool + Send>,
     begun: Option<Nanos>,
     waited_ns: i64,
     arrivals: Vec<Arrival>,
@@ -190,7 +190,7 @@ impl Wires {
     }
 
     /// Ends the run when this says so.
-    pub fn end_when(&mut self, ends: impl Fn() -> bool + 'static) {
+    pub fn end_when(&mut self, ends: impl Fn() -> bool + Send + 'static) {
         self.ends = Box::new(ends);
     }
 

@@ -1,8 +1,8 @@
 //! Every row of the list of faults, in a run of the cell: the computer reports what the list says, and nothing more where it says
 //! that the computer sees nothing.
 
-use super::cell;
 use super::sockets::{free, heard};
+use super::{cell, reference};
 use drivers::fault::{Needs, Row, Stream, TABLE};
 use harness::cell::Cell;
 use harness::cell::controller::{Reference, Task};
@@ -104,6 +104,8 @@ fn every_fault_that_needs_sockets_shows_what_the_list_says() {
         assert!(ran.idle().is_empty(), "{name}: {:?} did nothing", ran.idle());
         let shown: Vec<&str> = row.classes.iter().copied().filter(|class| events.contains_key(*class)).collect();
         assert_eq!(shown, row.classes, "{name}: {events:?}");
+        let is_seen = events.keys().any(|class| class.starts_with("net-"));
+        assert_eq!(is_seen, row.classes.iter().any(|class| class.starts_with("net-")), "{name}: {events:?}");
         assert_eq!((ran.cycles, &ran.stops[..]), (500, &[][..]), "{name}: the run goes on");
         assert!(ran.answered >= 499, "{name}: {} answered", ran.answered);
         // Whatever the network did, and however long it took: the exchange is the same again.
@@ -115,8 +117,25 @@ fn every_fault_that_needs_sockets_shows_what_the_list_says() {
     assert_eq!(sockets.len(), 9, "the rows that need sockets");
 }
 
+/// Over TCP a stranger is one who connects too: he is hung up on, and the robot goes on.
+#[test]
+fn a_stranger_over_tcp_is_reported_and_changes_nothing() {
+    let fault = "[[fault]]\nid = \"foreign-peer\"\non = \"rsi-frame\"\nat = 20\nfor = 2\n";
+    let (calm, cell) = (cell("krc2", ""), cell("krc2", fault));
+    let bound = free(&cell);
+    let (ran, events) = heard(&cell, 0.4, &bound, bound.clone());
+    assert!(ran.idle().is_empty() && events.contains_key("net-stranger"), "{:?} {events:?}", ran.idle());
+    assert_eq!(reference(&calm, 0.4).first_difference(&ran), None);
+    for fault in ["foreign-peer", "icmp-unreachable"] {
+        let cell = super::cell("krc2", &format!("[[fault]]\nid = \"{fault}\"\non = \"rsi-reply\"\nat = 20\n"));
+        let model = cell.model(&standard()).unwrap();
+        let error = harness::cell::faults::Faults::of(&cell, &model, &standard()).unwrap_err().to_string();
+        assert!(error.contains("this robot speaks TCP"), "{error}");
+    }
+}
+
 /// A cell whose sensor has a page.
-pub fn cell_with_page(added: &str) -> Cell {
+fn cell_with_page(added: &str) -> Cell {
     let mut cell = cell("bench", added);
     cell.config.sensor.page = Some("127.0.0.1:0".parse().unwrap());
     cell
