@@ -101,6 +101,9 @@ pub trait Device {
         self.bench().streams
     }
 
+    /// Whether this is something that a client of it says; anything else is noise, and its sender nobody.
+    fn is_request(&self, bytes: &[u8]) -> bool;
+
     /// What it has in common with every other device.
     fn bench(&self) -> &Bench;
 

@@ -23,6 +23,7 @@ use super::run::{Answers, FaultAccount, Peer};
 use super::virtual_cell::{Line, Moment, Packet};
 use crate::error::Error;
 use drivers::fault::Stream;
+use drivers::ft::{AnyDevice, Device as _};
 use drivers::net::{Arrival, Clock, Endpoint, Lock, NetError, wait};
 use drivers::rsi::{Frames, Transport, split};
 use serde::Serialize;
@@ -141,6 +142,8 @@ pub struct Wires {
     ready: Duration,
     child: Option<Started>,
     ends: Box<dyn Fn() -> bool + Send>,
+    /// Tells a request from noise.
+    device: Option<AnyDevice>,
     begun: Option<Nanos>,
     waited_ns: i64,
     arrivals: Vec<Arrival>,
@@ -167,6 +170,7 @@ impl Wires {
             ready,
             child: None,
             ends: Box::new(|| false),
+            device: None,
             begun: None,
             waited_ns: 0,
             arrivals: Vec::new(),
@@ -224,9 +228,17 @@ impl Wires {
                 }
             }
         }
-        self.sensor.receive(&now, &mut |bytes| !bytes.is_empty(), &mut self.arrivals).map_err(failed)?;
+        let mut is_request = |bytes: &[u8]| self.device.as_ref().is_some_and(|device| device.is_request(bytes));
+        self.sensor.receive(&now, &mut is_request, &mut self.arrivals).map_err(failed)?;
         for arrival in std::mem::take(&mut self.arrivals) {
-            let Arrival::Bytes { bytes, from, .. } = arrival else { continue };
+            let (bytes, from) = match arrival {
+                Arrival::Bytes { bytes, from, .. } => (bytes, from),
+                Arrival::Stranger { .. } | Arrival::Invalid { .. } => {
+                    self.intruder.heard_stranger();
+                    continue;
+                }
+                _ => continue,
+            };
             let (intruder, mut sockets) = self.disturbed(&now);
             if intruder.asked(from, &bytes, &mut sockets)? {
                 answers.requests.push(bytes);
@@ -339,6 +351,7 @@ impl Peer for Wires {
         if let Some(page) = &mut self.page {
             page.show(cell.sensor()?.page().map_err(|error| cell.sensor_error(&error))?);
         }
+        self.device = Some(cell.sensor()?.device().map_err(|error| cell.sensor_error(&error))?);
         self.intruder = Intruder::default();
         self.intruder.faults = faults;
         Ok(())

@@ -73,6 +73,9 @@ pub struct Arguments {
     running: Running,
     #[command(flatten)]
     timed: Timed,
+    /// Save the cell, its model and its Ethernet configurations to a folder, to be changed there; nothing is run.
+    #[arg(long, value_name = "FOLDER")]
+    extract: Option<PathBuf>,
     /// List the faults of the wire with their parameters, and end.
     #[arg(long, exclusive = true)]
     list_faults: bool,
@@ -171,6 +174,9 @@ impl Arguments {
             console.print(&fault_list::text());
             return Ok(Exit::Pass);
         }
+        if let Some(folder) = &self.extract {
+            return self.extract(folder, console);
+        }
         let cell = self.running.read()?;
         // What is wrong with the cell is said before anybody is waited for.
         cell.model(catalog)?;
@@ -198,6 +204,37 @@ fn told(cell: &Cell, nth: usize, address: SocketAddr) -> Result<String, Error> {
         Transport::Udp => address.to_string(),
         Transport::Tcp => format!("{address} over TCP"),
     })
+}
+
+impl Arguments {
+    fn extract(&self, folder: &Path, console: &mut Console<'_>) -> Result<Exit, Error> {
+        let cell = Cell::find(&self.running.cell)?;
+        let name = cell.source.file.file_name().unwrap_or_default();
+        let beside = cell.config.robots.iter().map(|robot| robot.rsi.as_str()).zip(&cell.rsi);
+        let mut files = vec![(folder.join(name), &cell.source)];
+        files.extend(
+            [(cell.config.model.as_str(), &cell.model)]
+                .into_iter()
+                .chain(beside)
+                .map(|(path, text)| (folder.join(path), text)),
+        );
+        files.dedup_by(|a, b| a.0 == b.0);
+        for (path, from) in &files {
+            let parent = path.parent().unwrap_or(folder);
+            std::fs::create_dir_all(parent).map_err(|error| {
+                Error::new(format!("cannot make the folder: {error}"))
+                    .file(parent)
+                    .help("name another one after --extract")
+            })?;
+            inputs::not_read(path, [&from.file].into_iter())?;
+            inputs::writable_new(path, self.running.force)?;
+        }
+        for (path, from) in &files {
+            write_whole(path, from.text.as_bytes())?;
+            console.print(&format!("{}: written\n", path.display()));
+        }
+        Ok(Exit::Pass)
+    }
 }
 
 /// What a run did, in a few lines.

@@ -223,3 +223,95 @@ fn a_fault_of_the_network_that_did_nothing_is_an_error_of_the_run() {
     let (cell, _) = bench.run(&[]);
     check(&cell, 6, &["foreign-peer on rsi-frame did nothing"]);
 }
+
+/// A controller that answers so many frames and goes.
+fn answers_and_goes(robot: SocketAddr, sensor: SocketAddr, frames: usize) {
+    let link = UdpSocket::bind(robot).unwrap();
+    let reader = UdpSocket::bind("127.0.0.1:0").unwrap();
+    // RDT: header, start, without end. The cell may not be there yet: then the request is lost.
+    let start = [0x12, 0x34, 0, 2, 0, 0, 0, 0];
+    let mut buffer = [0; 4096];
+    link.set_read_timeout(Some(Duration::from_millis(50))).unwrap();
+    let mut answered = 0;
+    while answered < frames {
+        if answered == 0 {
+            let _ = reader.send_to(&start, sensor);
+        }
+        let Ok((length, from)) = link.recv_from(&mut buffer) else { continue };
+        let text = std::str::from_utf8(&buffer[..length]).unwrap();
+        let ipoc = text.split("<IPOC>").nth(1).and_then(|rest| rest.split('<').next()).unwrap();
+        let zero = "<RKorr X=\"0\" Y=\"0\" Z=\"0\" A=\"0\" B=\"0\" C=\"0\"/>";
+        link.send_to(format!("<Sen Type=\"ImFree\">{zero}<IPOC>{ipoc}</IPOC></Sen>").as_bytes(), from).unwrap();
+        answered += 1;
+    }
+}
+
+#[test]
+fn a_controller_that_leaves_early_is_no_pass_and_what_was_until_then_is_saved() {
+    let bench = Bench::new("");
+    let sentype = bench.shell.read("rsi/bench.xml");
+    assert!(sentype.contains("<SENTYPE>ImFree</SENTYPE>"), "{sentype}");
+    let args = ["cell", "--cell", "DIR/cell.toml", "--duration", "1", "-o", "DIR/s.mcap", "--json", "DIR/r.json"];
+    let ran = std::thread::scope(|scope| {
+        scope.spawn(|| answers_and_goes(bench.robot, bench.sensor, 30));
+        bench.shell.run(&args)
+    });
+    check(&ran, 1, &["the controller left in cycle 31 of 250"]);
+    let told: serde_json::Value = serde_json::from_str(&bench.shell.read("r.json")).unwrap();
+    assert_eq!((&told["left_early"], &told["planned"], &told["answered"]), (&true.into(), &250.into(), &30.into()));
+    assert_eq!(
+        bench.shell.run(&["compare", "--model", "DIR/models/bench.toml", "DIR/s.mcap"]).exit,
+        1,
+        "it can be read"
+    );
+}
+
+#[test]
+fn a_run_says_what_each_fault_did_and_what_the_driver_saw() {
+    let bench = Bench::new("[[fault]]\nid = \"drop\"\non = \"ft\"\nat = 100\nfor = 3\n");
+    let args = ["test", "--cell", "DIR/cell.toml", "--controller", "reference"];
+    let ran = bench.shell.run(&args);
+    check(&ran, 0, &["fault drop on ft: acted 3 times, first on packet 100", "driver ft-gap: 1"]);
+    let ran = bench.shell.run(&[&args[..], &["--json", "-"]].concat());
+    let told: serde_json::Value = serde_json::from_str(&ran.out).unwrap();
+    assert_eq!((&told["faults"][0]["acted"], &told["driver_events"]["ft-gap"]), (&3.into(), &1.into()), "{told}");
+    let refused = bench.shell.run(&[&args[..], &["--real-time"]].concat());
+    check(&refused, 2, &["--real-time needs a program"]);
+}
+
+#[test]
+fn faults_are_listed_and_a_cell_is_extracted_to_be_changed() {
+    let shell = Shell::new();
+    let list = shell.run(&["cell", "--list-faults"]);
+    assert!(list.exit == 0 && list.out.contains("\nduplicate: "), "{}{}", list.out, list.err);
+    let ran = shell.run(&["cell", "--cell", "pair", "--extract", "DIR/mine"]);
+    assert_eq!(ran.exit, 0, "{}", ran.err);
+    let text = shell.read("mine/pair.toml");
+    shell.write("mine/pair.toml", &format!("{text}\n[[fault]]\nid = \"dorp\"\non = \"ft\"\nat = 1\n"));
+    let args = ["test", "--cell", "DIR/mine/pair.toml", "--controller", "reference", "--duration", "0.1"];
+    check(&shell.run(&args), 2, &["no fault and no effect is called \"dorp\"; did you mean drop?", "--list-faults"]);
+    shell.write("mine/pair.toml", &text);
+    check(&shell.run(&args), 0, &["25 cycles, 25 answered"]);
+    let again = shell.run(&["cell", "--cell", "pair", "--extract", "DIR/mine"]);
+    check(&again, 2, &["exists already"]);
+}
+
+/// What is no request takes no stream away.
+#[test]
+fn noise_at_the_sensors_port_takes_nothing() {
+    let bench = Bench::new("");
+    let (cell, computer) = std::thread::scope(|scope| {
+        let noise = scope.spawn(|| {
+            let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
+            for _ in 0..50 {
+                let _ = socket.send_to(b"noise that is no request of any kind", bench.sensor);
+                std::thread::sleep(Duration::from_millis(2));
+            }
+        });
+        let ran = bench.run(&[]);
+        noise.join().unwrap();
+        ran
+    });
+    check(&cell, 0, &["100 cycles, 100 answered"]);
+    assert!(!computer.out.contains("ft-gap") && !computer.out.contains("ft-stale"), "{}", said(&computer));
+}
