@@ -55,7 +55,7 @@ fn a_peer_holds_a_robot_that_connects_and_one_that_comes_again() {
     let address = free();
     let mut cell = cell("krc2", "");
     cell.config.robots[0].listen = address;
-    let addresses = Addresses { robots: vec![address], sensor: any() };
+    let addresses = Addresses { robots: vec![address], sensor: any(), page: None };
     let mut wires = Wires::bind(&cell, &addresses, Pace::Virtual { patience: PATIENCE }, PATIENCE).unwrap();
     cell.config.sensor.address = wires.sensor();
     let mut devices = Devices::of(&cell, true).unwrap();
