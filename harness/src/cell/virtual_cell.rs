@@ -91,7 +91,7 @@ pub struct VirtualCell<'f> {
     /// Hears what arrives from the sensor, for the log.
     tap: AnySensor,
     across: [f64; 2],
-    /// Noise of the read-out, which the computer sees: standard deviation, in m, and where it is drawn.
+    /// Noise of the read-out, in the log and not on the wire: standard deviation, in m, and where it is drawn.
     readout_sigma_m: f64,
     readout: Stream,
     /// Records of the sensor that were not there when the frames of their cycle went.
@@ -241,8 +241,7 @@ impl<'f> VirtualCell<'f> {
     fn frame(&mut self, nth: usize, measured: &AxisMotion, out: &mut Vec<Packet>) {
         let nozzle = self.nozzle.map(|nozzle| self.target(nozzle));
         let here = if nth == self.probe {
-            let noise_m = if self.readout_sigma_m > 0.0 { self.readout_sigma_m * self.readout.normal() } else { 0.0 };
-            let mut pose = simulate::pose(measured.position_m + noise_m, measured.pitch_rad);
+            let mut pose = simulate::pose(measured.position_m, measured.pitch_rad);
             [pose.position_m[0], pose.position_m[1]] = self.across;
             let external_mm = self.links[nth].controller.external_target();
             let pose_mm_deg = self.places.probe_mm_deg(&relative(&pose), &external_mm, nozzle.as_ref());
@@ -295,7 +294,9 @@ impl<'f> VirtualCell<'f> {
                     if nth == self.probe {
                         let nozzle = self.nozzle.map(|nozzle| &self.links[nozzle].reported);
                         let pose = self.places.relative(&self.links[nth].reported, nozzle);
-                        push(&mut self.log.measured, packet.at.0, recorded(&pose));
+                        let mut pose = recorded(&pose);
+                        pose.position_m[2] += self.readout_sigma_m * self.readout.normal();
+                        push(&mut self.log.measured, packet.at.0, pose);
                     }
                 }
             }

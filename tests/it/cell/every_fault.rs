@@ -51,13 +51,16 @@ fn here(cell: &Cell) -> (Ran, BTreeMap<String, u64>) {
     let model = cell.model(&standard()).unwrap();
     let reference = Reference::new(&model, cell.first().unwrap(), Task::Dock);
     let mut peer = InProcess(OnWire::new(cell, reference).unwrap());
-    let ran = run(cell, &standard(), &Options { duration_s: 2.0 }, &mut peer).unwrap_or_else(|error| panic!("{error}"));
+    let mut ran =
+        run(cell, &standard(), &Options { duration_s: 2.0 }, &mut peer).unwrap_or_else(|error| panic!("{error}"));
     if !ran.stops.is_empty() {
         // The run is over, and for the computer time goes on.
         let later = Nanos::from_seconds((ran.cycles as f64) * cell.config.time.cycle_s + 0.15);
         peer.0.tick(later, &mut Vec::new());
     }
-    (ran, peer.0.events)
+    let mut events = std::mem::take(&mut ran.driver);
+    peer.0.events.into_iter().for_each(|(class, count)| *events.entry(class).or_default() += count);
+    (ran, events)
 }
 
 /// What is there without a fault is not what a fault shows.

@@ -113,7 +113,7 @@ fn a_stranger_that_comes_first_takes_the_link_and_the_robot_stops() {
         let cell = ["cell", "--cell", "DIR/cell.toml", "--duration", "0.4", "--patience", "100"];
         (bench.shell.run(&cell), computer.join().unwrap())
     });
-    check(&cell, 1, &["0 answered", "cell-stranger-answered: 1", "chaser: RSITimeout"]);
+    check(&cell, 1, &["0 answered", "cell-stranger-answered: 1", "chaser: RSI stopped", "RSITimeout"]);
     check(&computer, 0, &["1 frames answered", "net-stranger: 1"]);
 }
 
