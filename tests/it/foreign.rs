@@ -40,7 +40,7 @@ fn free() -> SocketAddr {
 }
 
 fn wires(robot: SocketAddr) -> Wires {
-    let addresses = Addresses { robots: vec![robot], sensor: "127.0.0.1:0".parse().unwrap() };
+    let addresses = Addresses { robots: vec![robot], sensor: "127.0.0.1:0".parse().unwrap(), page: None };
     let cell = Cell::find(Path::new("bench")).unwrap();
     Wires::bind(&cell, &addresses, Pace::Virtual { patience: GENEROUS }, GENEROUS).expect("free ports")
 }
@@ -168,7 +168,7 @@ fn two_clients_in_python_share_the_virtual_cell() {
 fn check_third_party(python: &str, library: &str, sensor: &str) {
     const CYCLES: u64 = 10_000;
     let robot = free();
-    let addresses = Addresses { robots: vec![robot], sensor: sensor.parse().unwrap() };
+    let addresses = Addresses { robots: vec![robot], sensor: sensor.parse().unwrap(), page: None };
     let cell = Cell::find(Path::new("bench")).unwrap();
     let mut wires = Wires::bind(&cell, &addresses, Pace::Virtual { patience: GENEROUS }, GENEROUS).expect("free ports");
     let folder = tempfile::tempdir().unwrap();

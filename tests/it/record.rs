@@ -6,4 +6,5 @@ mod import;
 mod lacks;
 mod live;
 mod real_xml;
+mod tcp;
 mod wire;

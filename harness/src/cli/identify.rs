@@ -69,13 +69,20 @@ impl Robot {
         drop(progress);
         let said = text(&robot);
         let mut about_model = String::new();
+        let mut is_usable = true;
         if let (Some(path), Some(mut editor)) = (&self.model, editor) {
             keeps_old(&editor, &robot, path, self.force)?;
             about_model += &left_out(path, &robot);
             if robot.axes.iter().any(|axis| axis.is_decided) {
                 write_robot(&mut editor, &robot, &source(&sessions));
-                editor.save(catalog)?;
-                about_model += &written(path, &robot, &Model::read(path, catalog)?);
+                let changed = Model::parse(&path.display().to_string(), &editor.text(), catalog)?;
+                if let Err(error) = changed.clone().with_identified_robot() {
+                    about_model += &refused(path, &robot, error);
+                    is_usable = false;
+                } else {
+                    editor.save(catalog)?;
+                    about_model += &written(path, &robot, &changed);
+                }
             }
         }
         if let Some(path) = &self.json {
@@ -86,7 +93,7 @@ impl Robot {
         } else {
             console.print(&(said + &about_model));
         }
-        Ok(if robot.axes.iter().all(|axis| axis.is_decided) { Exit::Pass } else { Exit::Undecided })
+        Ok(if is_usable && robot.axes.iter().all(|axis| axis.is_decided) { Exit::Pass } else { Exit::Undecided })
     }
 }
 
@@ -114,18 +121,21 @@ fn written(path: &Path, robot: &RobotIdentification, model: &Model) -> String {
         return format!("no command that runs the loop uses these axes: it runs along z\n{written}");
     }
     let stated_ms = number(1e3 * (model.timing.command_delay_s + model.timing.measurement_delay_s));
-    let use_of_it = match model.clone().with_identified_robot() {
-        Ok(_) => format!(
-            "compare, diagnose, ladder, replay, run and stability use [robot.z] in place of the {stated_ms} ms of [timing], not beside \
-             them\n"
-        ),
-        Err(error) => format!(
-            "compare, diagnose, ladder, replay, run and stability refuse a model with this [robot.z]: it {}; {}\n",
-            error.what,
-            error.help.unwrap_or_default()
-        ),
-    };
-    use_of_it + &written
+    format!(
+        "compare, diagnose, ladder, replay, run and stability use [robot.z] in place of the {stated_ms} ms of [timing], not beside \
+         them\n{written}"
+    )
+}
+
+/// Why nothing was written: the commands that run the loop would refuse the model.
+fn refused(path: &Path, robot: &RobotIdentification, error: Error) -> String {
+    format!(
+        "{} not written to {}: compare, diagnose, ladder, replay, run and stability would refuse the model, since [robot.z] {}; {}\n",
+        places(robot, true),
+        path.display(),
+        error.what,
+        error.help.unwrap_or_default()
+    )
 }
 
 /// What was not written, and why.

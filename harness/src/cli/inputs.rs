@@ -144,8 +144,15 @@ pub fn writable(path: &Path) -> Result<(), Error> {
 
 /// Whether two paths lead to one file.
 fn same_file(one: &Path, other: &Path) -> bool {
-    let real = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
-    real(one) == real(other)
+    // A file that is not there yet is known by its folder and its name.
+    let planned = |path: &Path| {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        Some(folder.canonicalize().ok()?.join(path.file_name()?))
+    };
+    let real = |path: &Path| path.canonicalize().ok().or_else(|| planned(path)).unwrap_or_else(|| path.to_path_buf());
+    // Standard output is no file.
+    let is_stream = |path: &Path| path == Path::new("-");
+    if is_stream(one) || is_stream(other) { is_stream(one) && is_stream(other) } else { real(one) == real(other) }
 }
 
 /// Refuses a result that would replace what the command reads.

@@ -7,6 +7,7 @@ mod calibrate;
 mod cell;
 mod compare;
 mod console;
+mod controller;
 mod demo;
 mod diagnose;
 mod effect;
@@ -27,6 +28,7 @@ mod stability;
 mod test;
 
 pub use console::{Console, Look};
+pub use controller::controller;
 pub use outcome::Exit;
 pub use progress::Progress;
 pub use test::in_process;

@@ -84,7 +84,9 @@ impl Arguments {
                     (in_short_space(&model), assess_space(&model).err())
                 } else {
                     let model = inputs::model(&check.model, catalog)?;
-                    (in_short(&model), untold(model, catalog))
+                    // What the commands that run the loop refuse is refused here.
+                    let running = inputs::running_model(&check.model, catalog)?;
+                    (in_short(&model), untold(running, catalog))
                 };
                 console.print(&format!("{name}: {short}\n"));
                 if let Some(error) = untold {

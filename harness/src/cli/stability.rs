@@ -50,7 +50,8 @@ enum Answered {
 }
 
 impl Arguments {
-    /// Does what was asked for. Exit 1 for an unstable loop.
+    /// Does what was asked for. Exit 1 for an unstable loop, 3 for a model with parts that are not in the prediction and may turn it
+    /// round.
     pub fn run(&self, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Exit, Error> {
         self.outputs.check(self.model.iter())?;
         if let Some(path) = self.sweep.as_ref().filter(|path| path.as_os_str() != "-") {
@@ -80,13 +81,14 @@ impl Arguments {
         let sweep = sides.filter(|_| self.sweep.is_some()).map(|(x, y)| Domain::sweep(&subject, &x, &y));
         drop(progress);
         let (title, provenance) = self.about()?;
-        let (page, stable) = match &answer {
+        let (page, exit) = match &answer {
             Answered::Along(answer) => {
-                (story::stability_page(&title, answer, domain.as_ref(), &console.command, &provenance), answer.stable)
+                let page = story::stability_page(&title, answer, domain.as_ref(), &console.command, &provenance);
+                (page, exit(answer.stable, &answer.undecided_by))
             }
             Answered::Space(answer) => {
                 let page = story::stability_space_page(&title, answer, domain.as_ref(), &console.command, &provenance);
-                (page, Some(answer.stable))
+                (page, exit(Some(answer.stable), &answer.undecided_by))
             }
         };
         if let Some(path) = &self.outputs.json {
@@ -101,7 +103,7 @@ impl Arguments {
         if !self.outputs.takes_stdout() && self.sweep.as_ref().is_none_or(|path| path.as_os_str() != "-") {
             console.print(&text(&page, TEXT_WIDTH));
         }
-        Ok(if stable == Some(false) { Exit::Failed } else { Exit::Pass })
+        Ok(exit)
     }
 
     /// The model, if it is one with six axes.
@@ -138,5 +140,13 @@ impl Arguments {
                 Ok(("Stability of a loop with one dead time".to_owned(), vec![program]))
             }
         }
+    }
+}
+
+fn exit(stable: Option<bool>, undecided_by: &[String]) -> Exit {
+    match stable {
+        _ if !undecided_by.is_empty() => Exit::Undecided,
+        Some(false) => Exit::Failed,
+        _ => Exit::Pass,
     }
 }

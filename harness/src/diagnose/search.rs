@@ -4,6 +4,8 @@
 //! of them ranked by leaving one recording out at a time: `d_s` is by how much twice the log predictive density of the left-out
 //! recording s rises. After each addition members are pruned and swapped, since the first pick may have imitated two others.
 
+mod visible;
+
 use super::fit::{Fit, Signature, fit, fit_without, predictive, signature};
 use super::problem::{Knob, Problem, Scratch, Trial};
 pub use super::rules::Rules;
@@ -76,9 +78,6 @@ pub struct Found {
     /// For each kind that is not in the set, and its first parameter: the size that these recordings would have shown.
     pub visible: BTreeMap<String, f64>,
 }
-
-/// Gain in -2 ln p at which an effect would have been seen: 3.5 σ.
-const VISIBLE_GAIN: f64 = 12.0;
 
 /// Beyond this multiple of a start, its linear extrapolation is not trusted alone.
 const FAR: f64 = 30.0;
@@ -462,31 +461,6 @@ impl<'a> Search<'a> {
         let (sum, _) = sum_and_z(deficits);
         let error = deviation(deficits) * libm::sqrt(deficits.len() as f64);
         sum <= self.rules.tie_max || (sum <= 2.0 * error && sum <= self.rules.gain_certain)
-    }
-
-    /// How large each absent effect would have to be to gain 12 (3.5 σ) on these recordings.
-    fn visible(&self, best: &Tried) -> BTreeMap<String, f64> {
-        let there = best.ids();
-        let absent: Vec<&&Kind<Axis>> =
-            self.kinds.iter().filter(|kind| !there.contains(&kind.id.to_string())).collect();
-        let of = |kind: &&&Kind<Axis>| self.least_visible(&best.fit, kind).map(|size| (kind.id.to_string(), size));
-        absent.par_iter().filter_map(of).collect::<Vec<_>>().into_iter().collect()
-    }
-
-    fn least_visible(&self, fit: &Fit, kind: &Kind<Axis>) -> Option<f64> {
-        let at = kind.size();
-        let param = &kind.params[at];
-        let mut chosen = Chosen::at_start(kind);
-        if param.lower > 0.0 && param.off > 100.0 * param.lower {
-            // A frequency: the higher, the less of the effect. The highest one of a grid that would still show.
-            return (0..20).map(|i| 400.0 * libm::pow(0.8, f64::from(i))).find(|frequency| {
-                chosen.values[at] = *frequency;
-                self.signature(fit, &chosen).information >= VISIBLE_GAIN
-            });
-        }
-        let size = (chosen.values[at] - param.off).abs();
-        let least = size * libm::sqrt(VISIBLE_GAIN / self.signature(fit, &chosen).information);
-        least.is_finite().then_some(least)
     }
 }
 

@@ -4,18 +4,20 @@
 //! frame and byte order are those of the original, and the numbers are written over the old ones, where they stand. Schemas,
 //! channels, metadata and attached files are carried over.
 //!
-//! Not kept: where a chunk begins and how it is compressed, and records of a private kind.
+//! Not kept: where a chunk begins and how it is compressed, and records of a private kind. Bytes are read by the strict reader, with
+//! its limits: a flipped bit in a length is damage, and asks for no memory.
 
 use std::collections::BTreeMap;
 use std::io::{Seek, Write};
 
 use mcap::Writer;
-use mcap::read::ChunkFlattener;
 use mcap::records::{Metadata, Record};
 
+use super::dispatch::Trouble;
 use super::map::Clock;
 use super::mcap_write::{Luggage, failed, options, write_luggage};
 use super::messages;
+use super::records::{guarded, pump, strict};
 use crate::error::Error;
 
 /// A message of a stamped pose, twist or wrench.
@@ -61,14 +63,29 @@ pub struct Copied {
 /// When the bytes are no whole recording.
 pub fn luggage(bytes: &[u8]) -> Result<Luggage, Error> {
     let mut found = Luggage::default();
-    for record in ChunkFlattener::new(bytes).map_err(unsound)? {
-        match record.map_err(unsound)? {
+    each_record(bytes, &mut |record| {
+        match record {
             Record::Metadata(Metadata { name, metadata }) => found.metadata.push((name, metadata)),
             Record::Attachment { header, data, .. } => found.files.push((header.name, data.into_owned())),
             _ => {}
         }
-    }
+        Ok(())
+    })?;
     Ok(found)
+}
+
+/// Hands on every record, those of chunks too, with every checksum validated.
+fn each_record(bytes: &[u8], each: &mut dyn FnMut(Record<'_>) -> Result<(), Error>) -> Result<(), Error> {
+    let pumped = pump(&mut &*bytes, strict(), &mut |opcode, body| {
+        let record = guarded(|| mcap::parse_record(opcode, body)).map_err(Trouble::Damage)?;
+        let record = record.map_err(|error| Trouble::Damage(format!("record {opcode:#04x}: {error}")))?;
+        each(record).map_err(Trouble::Content)
+    });
+    pumped.map_err(|trouble| match trouble {
+        Trouble::Content(error) => error,
+        Trouble::Damage(what) => Error::new(format!("cannot be copied: {what}"))
+            .help("only a whole recording can be copied; copy the file again"),
+    })
 }
 
 /// Copies a recording. `replace` says the new numbers of a message, or `None` to keep it as it is. Metadata records and files of
@@ -86,8 +103,8 @@ pub fn rewrite(
     let mut copy = Copy::default();
     let mut writer = options().create(out).map_err(failed)?;
     let (mut kept, mut first_ns) = (Luggage::default(), None);
-    for record in ChunkFlattener::new(bytes).map_err(unsound)? {
-        match record.map_err(unsound)? {
+    each_record(bytes, &mut |record| {
+        match record {
             Record::Schema { header, data } => {
                 writer.add_schema_with_id(header.id, &header.name, &header.encoding, &data).map_err(failed)?;
                 copy.types.insert(header.id, header.name);
@@ -109,7 +126,8 @@ pub fn rewrite(
             Record::Attachment { header, data, .. } => kept.files.push((header.name, data.into_owned())),
             _ => {}
         }
-    }
+        Ok(())
+    })?;
     kept.metadata.retain(|(name, _)| added.metadata.iter().all(|(other, _)| other != name));
     kept.files.retain(|(name, _)| added.files.iter().all(|(other, _)| other != name));
     for luggage in [&kept, added] {
@@ -117,10 +135,6 @@ pub fn rewrite(
     }
     writer.finish().map_err(failed)?;
     Ok(copy.copied)
-}
-
-fn unsound(error: mcap::McapError) -> Error {
-    Error::new(format!("cannot be copied: {error}")).help("only a whole recording can be copied; copy the file again")
 }
 
 /// What is known of the recording while it is copied.

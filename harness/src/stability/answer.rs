@@ -7,10 +7,16 @@ use crate::error::Error;
 use serde::Serialize;
 use sim_core::refusal::{Refusal, finite, not_negative, positive};
 use sim_core::stability::budget::{Line, Path, budget};
+use sim_core::stability::sampled::SampledInterval;
 use sim_core::stability::{exact, impact, pade};
 
 /// Longest delay that is added in the search for the margin, in s.
 const DELAY_MAX_S: f64 = 1.0;
+/// Ticks of dead time that the prediction of the sampled loop holds, less a rounding.
+const TICKS_MAX: f64 = 99.999;
+/// Delays that are tried towards longer ones, each twice the one before, and towards shorter ones.
+const DOUBLINGS: i32 = 12;
+const GRID: i32 = 64;
 /// Halvings of an interval: down to a nanosecond.
 const HALVINGS: usize = 30;
 
@@ -43,15 +49,18 @@ pub struct Answer {
     pub damping_interval: Option<Edges>,
     /// Rate at which the slowest motion grows, 1/s.
     pub growth_per_s: Option<f64>,
-    /// Delay that may be added.
+    /// Delay that may be added; `None` if no delay that was tried changes the answer.
     pub delay_margin: Option<Margin>,
-    /// Damping that may be taken away.
+    /// The longest delay that was added in the search for it.
+    pub delay_searched_s: Option<f64>,
+    /// Damping that may be taken away: virtual, or that of the device where none is needed of the software.
     pub damping_margin_low: Option<Margin>,
     /// Damping that may be added.
     pub damping_margin_high: Option<Margin>,
     /// Of a cell: the loop as its computers run it.
     pub sampled: Option<Sampled>,
-    /// Contact that never pulls: another boundary, computed and not the linear one; `None` where the delay is longer than a contact.
+    /// Contact that never pulls: another boundary, computed and not the linear one; `None` where the delay is longer than a contact,
+    /// and where the contact pulls: a virtual part does.
     pub one_sided: Option<OneSided>,
     /// Of a cell: the sensor feels at least as much undeclared mass as the satellites have.
     pub too_heavy_a_tool: bool,
@@ -59,6 +68,8 @@ pub struct Answer {
     pub budget: Vec<Budgeted>,
     /// What the model holds and the prediction does not.
     pub left_out: Vec<String>,
+    /// Names of those of them that may turn the answer round: the model is not decided by this prediction.
+    pub undecided_by: Vec<String>,
 }
 
 /// An interval of damping.
@@ -102,6 +113,8 @@ pub struct OneSided {
     pub restitution: Option<f64>,
     /// Damping from which on an impact loses energy; `None`: none does.
     pub neutral_damping_n_s_per_m: Option<f64>,
+    /// Damping from which on it creates energy again; `None`: there is no such damping, or none that can be told.
+    pub neutral_damping_high_n_s_per_m: Option<f64>,
 }
 
 /// One line of the delay budget.
@@ -159,6 +172,9 @@ fn closed_form(mass_kg: f64, stiffness: f64, damping: f64, delay_s: Option<f64>)
     if stiffness < 0.0 {
         return pushed_apart(mass_kg, stiffness, damping, delay_s);
     }
+    if stiffness == 0.0 {
+        return damped_alone(mass_kg, damping, delay_s);
+    }
     let found = exact::assess(mass_kg, stiffness, damping, delay_s.unwrap_or(0.0))?;
     let margin = |margin: exact::Margin| {
         let per_cent = margin.per_cent.is_finite().then_some(margin.per_cent);
@@ -184,6 +200,7 @@ fn closed_form(mass_kg: f64, stiffness: f64, damping: f64, delay_s: Option<f64>)
         }),
         growth_per_s: None,
         delay_margin: given.and_then(|found| margin(found.delay_margin)),
+        delay_searched_s: None,
         damping_margin_low: given.and_then(|found| found.low_margin).and_then(margin),
         damping_margin_high: given.and_then(|found| found.high_margin).and_then(margin),
         sampled: None,
@@ -191,6 +208,7 @@ fn closed_form(mass_kg: f64, stiffness: f64, damping: f64, delay_s: Option<f64>)
         too_heavy_a_tool: false,
         budget: Vec::new(),
         left_out: Vec::new(),
+        undecided_by: Vec::new(),
     })
 }
 
@@ -215,6 +233,7 @@ fn pushed_apart(mass_kg: f64, stiffness: f64, damping: f64, delay_s: Option<f64>
         damping_interval: None,
         growth_per_s: None,
         delay_margin: None,
+        delay_searched_s: None,
         damping_margin_low: None,
         damping_margin_high: None,
         sampled: None,
@@ -222,6 +241,30 @@ fn pushed_apart(mass_kg: f64, stiffness: f64, damping: f64, delay_s: Option<f64>
         too_heavy_a_tool: false,
         budget: Vec::new(),
         left_out: Vec::new(),
+        undecided_by: Vec::new(),
+    })
+}
+
+/// A damper without a spring, `m s + b e^{-hs} = 0` beside a free position: it holds the speed up to h = π m / 2 b.
+fn damped_alone(mass_kg: f64, damping: f64, delay_s: Option<f64>) -> Result<Answer, Refusal> {
+    let answer = pushed_apart(mass_kg, 0.0, damping, delay_s)?;
+    if damping <= 0.0 {
+        return Ok(answer);
+    }
+    let quarter_turn = std::f64::consts::FRAC_PI_2;
+    let critical_s = quarter_turn * mass_kg / damping;
+    let below = |value: f64, edge: f64| Margin::to_edge(edge - value, edge);
+    let most = |delay_s: f64| quarter_turn * mass_kg / delay_s;
+    let late_s = delay_s.filter(|delay_s| *delay_s > 0.0);
+    Ok(Answer {
+        stable: delay_s.map(|delay_s| delay_s < critical_s),
+        critical_delay_s: Some(critical_s),
+        critical_frequency_rad_per_s: Some(damping / mass_kg),
+        damping_interval: delay_s.map(|_| Edges { low_n_s_per_m: 0.0, high_n_s_per_m: late_s.map(most) }),
+        delay_margin: delay_s.map(|delay_s| below(delay_s, critical_s)),
+        damping_margin_low: delay_s.map(|_| Margin::to_edge(damping, 0.0)),
+        damping_margin_high: late_s.map(|delay_s| below(damping, most(delay_s))),
+        ..answer
     })
 }
 
@@ -230,12 +273,11 @@ fn one_delay(subject: &Subject, one: &OneDelay) -> Result<Answer, Refusal> {
     let answer = closed_form(mass, stiffness, damping, one.delay_s)?;
     let size = answer.critical_frequency_rad_per_s.unwrap_or(1.0);
     if !size.is_normal() {
-        let limit =
-            "rad/s of critical frequency cannot be computed with: give mass, stiffness and damping of one order";
+        let limit = "is out of proportion to stiffness and damping: give all three of one order";
         return Err(Refusal { name: "mass_kg", value: mass, unit: "kg", limit });
     }
     let Some(delay_s) = one.delay_s else { return Ok(answer) };
-    if stiffness < 0.0 {
+    if stiffness <= 0.0 {
         return Ok(Answer { growth_per_s: growth_per_s(subject), ..answer });
     }
     Ok(Answer {
@@ -248,68 +290,124 @@ fn one_delay(subject: &Subject, one: &OneDelay) -> Result<Answer, Refusal> {
 fn of_cell(subject: &Subject, cell: &Cell) -> Result<Answer, Refusal> {
     let linear = Linear::of(cell);
     linear.sampled.checked()?;
-    let mass = linear.sampled.mass_kg;
+    let sampled = &linear.sampled;
+    let mass = sampled.mass_kg;
     let stiffness = linear.stiffness.hardware_n_per_m + linear.stiffness.virtual_n_per_m;
-    let damping = linear.sampled.hardware_damping_n_s_per_m + linear.sampled.virtual_damping_n_s_per_m;
+    let damping =
+        sampled.hardware_damping_n_s_per_m + sampled.virtual_damping_n_s_per_m + sampled.own_damping_n_s_per_m;
     if stiffness < 0.0 {
         let answer = pushed_apart(mass, stiffness, damping, None)?;
-        return Ok(Answer { growth_per_s: growth_per_s(subject), left_out: linear.left_out, ..answer });
+        let (left_out, undecided_by) = (linear.left_out, linear.undecided);
+        return Ok(Answer { growth_per_s: growth_per_s(subject), left_out, undecided_by, ..answer });
     }
     let budget = budget(mass, linear.stiffness, &linear.contributors)?;
     let answer = closed_form(mass, stiffness, damping, Some(budget.delay_s))?;
     let stable = is_stable(subject).unwrap_or(false);
-    // Too heavy a tool is unstable whatever the damping: no interval of it helps.
-    let hopeless = linear.tool_mass_kg >= cell.model.plant.mass_kg;
-    let interval = if hopeless { None } else { linear.sampled.damping_interval()? };
-    let here = linear.sampled.virtual_damping_n_s_per_m;
     let growth = growth_per_s(subject).unwrap_or(f64::INFINITY);
-    Ok(Answer {
+    let answer = Answer {
         stable: Some(stable),
         growth_per_s: growth.is_finite().then_some(growth),
-        delay_margin: (!hopeless).then(|| delay_margin(subject, stable)).flatten(),
-        damping_margin_low: interval.map(|edges| Margin::to_edge(here - edges.low_n_s_per_m, edges.low_n_s_per_m)),
-        damping_margin_high: interval.map(|edges| Margin::to_edge(edges.high_n_s_per_m - here, edges.high_n_s_per_m)),
-        sampled: (!hopeless).then_some(Sampled {
+        budget: budget.lines.iter().map(Budgeted::of).collect(),
+        left_out: linear.left_out.clone(),
+        undecided_by: linear.undecided.clone(),
+        ..answer
+    };
+    if linear.tool_mass_kg >= cell.model.plant.mass_kg {
+        return Ok(hopeless(answer));
+    }
+    let interval = linear.sampled.damping_interval()?;
+    let (delay_margin, delay_searched_s) = match delay_margin(subject, &linear, stable) {
+        Found::Edge(margin) => (Some(margin), None),
+        Found::NoneUntil(searched_s) => (None, Some(searched_s).filter(|searched_s| *searched_s > 0.0)),
+    };
+    let [low, high] = damping_margins(&linear, interval.as_ref())?;
+    Ok(Answer {
+        delay_margin,
+        delay_searched_s,
+        damping_margin_low: low,
+        damping_margin_high: high,
+        sampled: Some(Sampled {
             virtual_damping: interval
                 .map(|edges| Edges { low_n_s_per_m: edges.low_n_s_per_m, high_n_s_per_m: Some(edges.high_n_s_per_m) }),
             growth_per_tick: linear.sampled.growth_per_tick()?,
         }),
-        one_sided: one_sided(mass, stiffness, damping, budget.delay_s)?,
-        budget: budget.lines.iter().map(Budgeted::of).collect(),
-        left_out: linear.left_out,
-        damping_interval: if hopeless { None } else { answer.damping_interval },
-        longest_delay_s: if hopeless { None } else { answer.longest_delay_s },
-        too_heavy_a_tool: hopeless,
+        one_sided: if linear.pulls { None } else { one_sided(mass, stiffness, damping, budget.delay_s)? },
         ..answer
     })
 }
 
-/// Delay of the command that may be added, or that must go; `None` if no such delay changes anything.
-fn delay_margin(subject: &Subject, stable: bool) -> Option<Margin> {
+/// Too heavy a tool is unstable in free flight whatever the damping: no interval of it helps, and no contact is of interest.
+fn hopeless(answer: Answer) -> Answer {
+    Answer {
+        too_heavy_a_tool: true,
+        critical_delay_s: None,
+        critical_frequency_rad_per_s: None,
+        pade_critical_delay_s: None,
+        longest_delay_s: None,
+        longest_delay_damping_n_s_per_m: None,
+        damping_interval: None,
+        delay_margin: None,
+        damping_margin_low: None,
+        damping_margin_high: None,
+        ..answer
+    }
+}
+
+/// The damping that may go and that may be added: of the software where it has some or needs some, otherwise of the device.
+fn damping_margins(linear: &Linear, software: Option<&SampledInterval>) -> Result<[Option<Margin>; 2], Refusal> {
+    let needs = software.is_none_or(|edges| edges.low_n_s_per_m > 0.0);
+    let of_software = linear.computes && (needs || linear.stiffness.hardware_n_per_m == 0.0);
+    let hardware = if of_software { None } else { linear.sampled.hardware_damping_interval()? };
+    let (edges, here) = match (hardware, software) {
+        (Some(edges), _) => (edges, linear.sampled.hardware_damping_n_s_per_m),
+        (None, Some(edges)) => (*edges, linear.sampled.virtual_damping_n_s_per_m),
+        (None, None) => return Ok([None, None]),
+    };
+    let low = Margin::to_edge(here - edges.low_n_s_per_m, edges.low_n_s_per_m);
+    Ok([Some(low), Some(Margin::to_edge(edges.high_n_s_per_m - here, edges.high_n_s_per_m))])
+}
+
+/// What a search for an edge found.
+enum Found {
+    Edge(Margin),
+    /// None up to here, or as far as it can be told.
+    NoneUntil(f64),
+}
+
+/// Delay of the command that may be added, or that must go.
+fn delay_margin(subject: &Subject, linear: &Linear, stable: bool) -> Found {
     let name = "timing.command_delay_s";
-    let here = subject.get(name)?;
+    let Some(here) = subject.get(name) else { return Found::NoneUntil(0.0) };
     let with = |delay_s: f64| is_stable(&subject.with(name, here + delay_s));
     let same = |delay_s: f64| with(delay_s).map(|found| found == stable);
-    let far = if stable { DELAY_MAX_S } else { -here };
-    // The shortest delay that a cell can have is one tick of its loop.
-    let tick_s = match subject {
-        Subject::Cell(cell) => cell.model.timing.loop_period_s,
-        Subject::OneDelay(_) | Subject::Space(_) => 0.0,
+    // Towards longer delays a stable loop is left once, so that few delays are tried, longer and longer. The prediction holds up to a
+    // hundred ticks. Towards shorter ones all are tried down to one tick, the shortest delay that a cell can have.
+    let tick_s = linear.sampled.tick_s;
+    let longest_s = DELAY_MAX_S.min(TICKS_MAX * tick_s - linear.sampled.dead_time_s).max(0.0);
+    let at = |step: i32| match stable {
+        true if step == 0 => 0.0,
+        true => longest_s * libm::exp2(f64::from(step - DOUBLINGS)),
+        false => (tick_s - here) * f64::from(step) / f64::from(GRID),
     };
-    let far = far.max(tick_s - here);
-    // Towards longer delays the loop is left once; the grid finds the first edge, halving the edge itself.
-    let grid = 64;
-    let at = |step: i32| far * f64::from(step) / f64::from(grid);
-    let first = (1..=grid).find(|step| same(at(*step)) != Some(true))?;
-    // Where it cannot be told any more there is no edge to be told either.
-    same(at(first))?;
+    let last = if stable { DOUBLINGS } else { GRID };
+    let Some(first) = (1..=last).find(|step| same(at(*step)) != Some(true)) else {
+        return Found::NoneUntil(at(last).abs());
+    };
     let (mut from, mut to) = (at(first - 1), at(first));
+    // Where it cannot be told any more there is no edge to be told either.
+    if same(to).is_none() {
+        return Found::NoneUntil(from.abs());
+    }
     for _ in 0..HALVINGS {
         let middle = 0.5 * (from + to);
-        if same(middle)? { from = middle } else { to = middle }
+        match same(middle) {
+            Some(true) => from = middle,
+            Some(false) => to = middle,
+            None => return Found::NoneUntil(from.abs()),
+        }
     }
     let distance = 0.5 * (from + to);
-    Some(Margin::to_edge(distance, here + distance))
+    Found::Edge(Margin::to_edge(distance, here + distance))
 }
 
 /// The one-sided impact with this delay; `None` where the delay is longer than a contact.
@@ -325,5 +423,9 @@ fn one_sided(mass_kg: f64, stiffness: f64, damping: f64, delay_s: f64) -> Result
         return Ok(None);
     }
     let restitution = if damping >= 0.0 { Some(contact.impact()?.restitution) } else { None };
-    Ok(Some(OneSided { restitution, neutral_damping_n_s_per_m: contact.unit_restitution_damping()? }))
+    Ok(Some(OneSided {
+        restitution,
+        neutral_damping_n_s_per_m: contact.unit_restitution_damping()?,
+        neutral_damping_high_n_s_per_m: contact.unit_restitution_damping_above()?,
+    }))
 }

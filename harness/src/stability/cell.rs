@@ -25,6 +25,12 @@ pub struct Linear {
     pub tool_mass_kg: f64,
     /// What the model holds and the linear loop does not, each with the reason.
     pub left_out: Vec<String>,
+    /// Names of those of them that may turn the answer round.
+    pub undecided: Vec<String>,
+    /// Whether the software adds a contact of its own.
+    pub computes: bool,
+    /// Whether something holds the mass back in contact: a virtual part, or a compensation.
+    pub pulls: bool,
 }
 
 impl Linear {
@@ -39,6 +45,7 @@ impl Linear {
                 hardware_damping_n_s_per_m: model.contact.damping_n_s_per_m,
                 virtual_stiffness_n_per_m: model.virtual_contact.stiffness_n_per_m,
                 virtual_damping_n_s_per_m: model.virtual_contact.damping_n_s_per_m,
+                own_damping_n_s_per_m: 0.0,
                 stiffness_on: Seen::Measured,
                 damping_on: Seen::Measured,
                 tick_s: timing.loop_period_s,
@@ -57,9 +64,12 @@ impl Linear {
             contributors: Vec::new(),
             tool_mass_kg: 0.0,
             left_out: Vec::new(),
+            undecided: Vec::new(),
+            computes: model.virtual_contact.architecture.computes(),
+            pulls: false,
         };
         linear.choose(model);
-        linear.late("dead time of the command", Path::Both, timing.command_delay_s);
+        linear.late("dead time of the command", linear.commanded(), timing.command_delay_s);
         if linear.sampled.stiffness_on == Seen::Measured {
             linear.late("read-back of the pose", Path::Virtual, timing.measurement_delay_s);
         }
@@ -90,17 +100,35 @@ impl Linear {
                 (self.sampled.stiffness_on, self.sampled.damping_on) = (Seen::Commanded, Seen::Commanded);
             }
             VirtualPose::Estimated(_) => {
-                self.left_out.push("virtual_contact.pose: the estimator; the pose counts as the measured one".into());
+                self.open("virtual_contact.pose", "the estimator; the pose counts as the measured one");
             }
         }
         if model.contact.law != LawModel::SpringDashpot {
-            let what =
-                "contact.law: its stiffness depends on the depth; the loop has that of the depth at which they agree";
-            self.left_out.push(what.into());
+            let what = "its stiffness depends on the depth; the loop has that of the depth at which they agree";
+            self.open("contact.law", what);
         }
-        if model.compensation != Compensation::default() {
-            self.left_out.push("compensation: run the loop to see it".into());
+        match &model.compensation {
+            Compensation::None(_) => {}
+            // It acts on what the sensor feels, and is 0 where that is.
+            Compensation::VirtualDamping(damping) if software.architecture.feels() => {
+                self.sampled.own_damping_n_s_per_m = damping.stiffness_n_per_m * damping.delay_s;
+            }
+            Compensation::VirtualDamping(_) => {}
+            _ => self.open("compensation", "run the loop to see it"),
         }
+        let (stiffness, damping) = (self.stiffness.virtual_n_per_m, self.sampled.virtual_damping_n_s_per_m);
+        self.pulls = [stiffness, damping, self.sampled.own_damping_n_s_per_m].iter().any(|value| *value != 0.0);
+    }
+
+    /// Leaves out what may turn the answer round.
+    fn open(&mut self, name: &str, why: &str) {
+        self.left_out.push(format!("{name}: {why}"));
+        self.undecided.push(name.to_owned());
+    }
+
+    /// What the way to the robot makes late: a virtual part on the commanded pose does not go there.
+    fn commanded(&self) -> Path {
+        if self.sampled.stiffness_on == Seen::Commanded { Path::Hardware } else { Path::Both }
     }
 
     fn late(&mut self, name: &str, path: Path, delay_s: f64) {
@@ -114,22 +142,24 @@ impl Linear {
         match id {
             "command-delay" => {
                 self.sampled.dead_time_s += values[0];
-                self.late(id, Path::Both, values[0]);
+                self.late(id, self.commanded(), values[0]);
             }
             "command-loss" => {
                 // A share p/(p + q) of the packets is lost, in runs of 1/q: that many ticks late on average.
                 let mean_s = self.sampled.tick_s * values[0] / ((values[0] + values[1]) * values[1]);
                 self.sampled.dead_time_s += mean_s;
-                self.late("command-loss, on average", Path::Both, mean_s);
+                self.late("command-loss, on average", self.commanded(), mean_s);
             }
             "robot-second-order" => {
                 let robot = SecondOrder { natural_frequency_hz: values[0], damping_ratio: values[1] };
                 self.sampled.robot = Some(robot);
-                self.late(id, Path::Both, budget::second_order_delay_s(values[0], values[1]));
+                self.late(id, self.commanded(), budget::second_order_delay_s(values[0], values[1]));
             }
             "measurement-delay" => {
                 self.sampled.readout_s += values[0];
-                self.late(id, Path::Virtual, values[0]);
+                if self.sampled.stiffness_on == Seen::Measured {
+                    self.late(id, Path::Virtual, values[0]);
+                }
             }
             "force-delay" => {
                 self.sampled.sensing.age_s += values[0];
@@ -156,12 +186,13 @@ impl Linear {
                 self.tool_mass_kg += values[0];
                 self.sampled.mass_kg += values[0];
             }
+            "contact-gap" => self.left_out.push(format!("{id}: it moves where contact begins, not the loop in it")),
             "clock-offset" => self.left_out.push(format!("{id}: it shifts the log, not the loop")),
             "force-bias" | "force-bias-drift" => {
                 self.left_out.push(format!("{id}: a constant moves the loop, and damps or feeds nothing"));
             }
             "command-jitter" => self.left_out.push(format!("{id}: its mean is zero")),
-            _ => self.left_out.push(format!("{id}: it depends on the amplitude; run the loop to see it")),
+            _ => self.open(id, "it depends on the amplitude; run the loop to see it"),
         }
     }
 }

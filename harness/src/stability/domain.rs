@@ -79,6 +79,9 @@ fn side(text: &str, subject: &Subject, wrong: &dyn Fn(String) -> Error) -> Resul
         None if here > 0.0 => (0.0, 2.0 * here),
         None => return Err(wrong(format!("{name} = {here} {unit}: no range follows from it"))),
     };
+    if low < 0.0 && (unit == "kg" || unit == "s") {
+        return Err(wrong(format!("the range of {name} begins at {low} {unit}, below 0, where it has no meaning")));
+    }
     if low >= high {
         return Err(wrong(format!("the range of {name} ends at {high}, not above its begin {low}")));
     }

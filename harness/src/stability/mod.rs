@@ -62,6 +62,11 @@ fn is_stable(subject: &Subject) -> Option<bool> {
             if one.stiffness_n_per_m < 0.0 {
                 return growth_per_s(subject).map(|_| false);
             }
+            if one.stiffness_n_per_m == 0.0 {
+                // A damper alone: see `answer`.
+                let turn = one.damping_n_s_per_m * delay_s / one.mass_kg;
+                return Some(one.damping_n_s_per_m > 0.0 && turn < std::f64::consts::FRAC_PI_2);
+            }
             let found = exact::assess(one.mass_kg, one.stiffness_n_per_m, one.damping_n_s_per_m, delay_s);
             found.ok().map(|assessment| assessment.stable)
         }

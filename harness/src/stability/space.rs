@@ -62,6 +62,8 @@ pub struct SpaceAnswer {
     pub budget: Vec<Budgeted>,
     /// What the model holds and the prediction does not.
     pub left_out: Vec<String>,
+    /// Names of those of them that may turn the answer round: the model is not decided by this prediction.
+    pub undecided_by: Vec<String>,
 }
 
 /// A characteristic root.
@@ -75,7 +77,7 @@ pub struct RootAnswer {
 
 /// Answers for a model with six axes.
 pub fn assess_space(model: &SpaceModel) -> Result<SpaceAnswer, Error> {
-    let Pressed { space, contributors, left_out } = pressed(model).map_err(refused)?;
+    let Pressed { space, contributors, left_out, undecided_by } = pressed(model).map_err(refused)?;
     let spectrum = space.system().and_then(|system| system.rightmost(ROOTS)).map_err(refused)?;
     let root = |root: &sim_core::stability::spectral::Root| RootAnswer {
         growth_per_s: root.growth_per_s,
@@ -109,6 +111,7 @@ pub fn assess_space(model: &SpaceModel) -> Result<SpaceAnswer, Error> {
         damping_margin_high: high,
         budget: budget.iter().flat_map(|budget| &budget.lines).map(Budgeted::of).collect(),
         left_out,
+        undecided_by,
     })
 }
 
@@ -130,6 +133,7 @@ struct Pressed {
     space: SpaceLoop,
     contributors: Vec<Contributor>,
     left_out: Vec<String>,
+    undecided_by: Vec<String>,
 }
 
 fn pressed(model: &SpaceModel) -> Result<Pressed, Refusal> {
@@ -139,7 +143,7 @@ fn pressed(model: &SpaceModel) -> Result<Pressed, Refusal> {
         mobility_per_kg += carrier(target).mobility_per_kg()?;
     }
     let hold_s = 0.5 * timing.loop_period_s;
-    let mut left_out = Vec::new();
+    let (mut left_out, mut undecided_by) = (Vec::new(), Vec::new());
     let mut contributors: Vec<Contributor> = Vec::new();
     let mut late = |name: &str, path: Path, delay_s: f64| {
         contributors.push(Contributor { name: name.to_owned(), path, delay_s });
@@ -160,7 +164,10 @@ fn pressed(model: &SpaceModel) -> Result<Pressed, Refusal> {
             id @ "robot-second-order" => {
                 late(id, Path::Both, second_order_delay_s(value("natural_frequency_hz"), value("damping_ratio")));
             }
-            id => left_out.push(format!("{id}: run the scenario to see it")),
+            id => {
+                left_out.push(format!("{id}: run the scenario to see it"));
+                undecided_by.push(id.to_owned());
+            }
         }
     }
     if model.contact.friction > 0.0 {
@@ -197,7 +204,7 @@ fn pressed(model: &SpaceModel) -> Result<Pressed, Refusal> {
         virtual_damping: six(software.damping_n_s_per_m, software.damping_n_m_s_per_rad),
         virtual_delay_s: sum(Path::Virtual),
     };
-    Ok(Pressed { space, contributors, left_out })
+    Ok(Pressed { space, contributors, left_out, undecided_by })
 }
 
 /// A satellite in the axes of the nozzle, which those of its interface are where both begin.

@@ -18,7 +18,7 @@ use crate::energy::Pairing;
 use crate::refusal::{Refusal, finite, not_negative, positive};
 use crate::restitution::Release;
 use alloc::format;
-use alloc::string::ToString;
+use alloc::string::{String, ToString};
 use serde::{Deserialize, Serialize};
 
 /// The three outcomes.
@@ -156,6 +156,8 @@ impl Criterion for Agreement {
             Answer::CannotTell => (Outcome::Undecided, "cannot tell"),
         };
         let (off, unit) = (observed.value - self.predicted, self.unit());
+        // A ratio has no unit to be printed.
+        let said = if unit == "1" { String::new() } else { format!(" {unit}") };
         Verdict {
             criterion: self.id().to_string(),
             outcome,
@@ -166,7 +168,7 @@ impl Criterion for Agreement {
             margin: self.tolerance.map(|tolerance| tolerance - off.abs()),
             unit,
             at: None,
-            why: format!("{word}: predicted {:.4} {unit}, observed {:.4} {unit}", self.predicted, observed.value),
+            why: format!("{word}: predicted {:.4}{said}, observed {:.4}{said}", self.predicted, observed.value),
         }
     }
 }

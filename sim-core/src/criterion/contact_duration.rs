@@ -4,6 +4,7 @@
 //! reading over the slope of the force there, times √(5/2) for the line through two crossings, and the spread of a contact that
 //! falls anywhere between two samples, T/√12.
 
+use super::restitution::{approach, ran_away};
 use super::verdict::{Finding, Range, judged};
 use super::{Contact, Criterion, Estimate, Missing, Observation, ObservedAxis, Verdict, contact};
 use crate::refusal::Refusal;
@@ -37,6 +38,9 @@ impl ContactDuration {
 pub fn contact_duration(run: &Observation<'_>, axis: ObservedAxis) -> Result<(Estimate, Contact), Missing> {
     let along = run.along(axis)?;
     let found = contact(run, along)?;
+    if let Ok(before) = approach(run, along, found.begin_s) {
+        ran_away(run, along, before.value)?;
+    }
     let period_s = if found.by.starts_with("reading") { run.sensor_tick_s()? } else { run.tick_s()? };
     let edge = |slope: f64| {
         let noise_s = along.load_sd.unwrap_or(0.0) / slope.max(f64::MIN_POSITIVE);

@@ -1,11 +1,12 @@
 //! Limits of what a run may reach: the largest force, the deepest penetration.
 //!
 //! The force is the sensor's, one sample, noise included: a limit that protects hardware counts what the hardware felt. Where no
-//! sensor felt anything, it is the net force on the satellites. Where more than one translation was observed, the force is a vector
+//! sensor felt a contact and the satellites did, as in a loop that is all software, it is the net force on the satellites. Where more than one translation was observed, the force is a vector
 //! and its size is judged, `√(Fx² + Fy² + Fz²)`, unless the criterion names one axis: hardware breaks sideways too. Noise makes a
 //! size larger, never smaller. The depth is the interface's own where it is known, else the
 //! reported position beyond the contact plane.
 
+use super::contact::threshold_n;
 use super::verdict::{Finding, Range, judged};
 use super::{Along, Criterion, Estimate, Missing, Observation, ObservedAxis, Verdict};
 use crate::refusal::{Refusal, positive};
@@ -48,11 +49,19 @@ pub struct Peak {
 /// The largest load of either sign on this axis.
 pub fn peak_force(run: &Observation<'_>, axis: ObservedAxis) -> Result<Peak, Missing> {
     let along = run.along(axis)?;
-    if let Some(sensed) = &along.sensed {
+    if let Some(sensed) = along.sensed.as_ref().filter(|_| !felt_by_satellites_alone(run, along)) {
         return largest(sensed, &run.sensor_time, along.load_sd, "largest reading of the sensor, of either sign");
     }
     let net = along.net_load(run.mass_kg, run.tick_s()?)?;
     largest(&net, &run.loop_time, along.load_sd, "largest net force on the satellites, of either sign")
+}
+
+/// Whether the sensor felt no contact where the net force shows one: twice the threshold of either.
+fn felt_by_satellites_alone(run: &Observation<'_>, along: &Along<'_>) -> bool {
+    let least = 2.0 * threshold_n(along);
+    let pushes = |loads: &[f64]| loads.iter().any(|load| load.is_finite() && load.abs() > least);
+    let net = run.tick_s().and_then(|tick_s| along.net_load(run.mass_kg, tick_s));
+    along.sensed.as_deref().is_none_or(|sensed| !pushes(sensed)) && net.is_ok_and(|net| pushes(&net))
 }
 
 /// The largest force over every translation that was observed: the size of the vector, where there is more than one.
@@ -65,7 +74,12 @@ pub fn peak_force_size(run: &Observation<'_>) -> Result<Peak, Missing> {
         return Err(Missing("no force was observed".into()));
     }
     let sensed: Option<Vec<&[f64]>> = along.iter().map(|along| along.sensed.as_deref()).collect();
-    if let Some(sensed) = sensed {
+    let touches = |along: &&Along<'_>| {
+        let least = 2.0 * threshold_n(along);
+        along.sensed.as_deref().unwrap_or_default().iter().any(|load| load.abs() > least)
+    };
+    let unfelt = !along.iter().any(touches) && along.iter().any(|along| felt_by_satellites_alone(run, along));
+    if let Some(sensed) = sensed.filter(|_| !unfelt) {
         return largest_size(&along, &sensed, &run.sensor_time, "readings of the sensor");
     }
     let tick_s = run.tick_s()?;

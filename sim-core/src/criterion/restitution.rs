@@ -36,6 +36,9 @@ const GUARD_S: f64 = 0.020;
 /// From the release to the window after: two delays of 16 ms and a few ticks.
 const SETTLE_S: f64 = 0.060;
 
+/// A speed of this many times that of the approach is no rebound. Chosen: a delay as long as a contact does not give back three times.
+const RUNAWAY: f64 = 10.0;
+
 /// A limit of the restitution.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -73,6 +76,7 @@ pub fn speeds(run: &Observation<'_>, axis: ObservedAxis, release: Release) -> Re
     if before.value <= 0.0 {
         return Err(Missing(format!("the approach speed is {:.6} m/s, not above 0", before.value)));
     }
+    ran_away(run, along, before.value)?;
     let depth_s = back_at_zero_depth(run, along, touched.begin_s, touched.peak_at);
     let first_s = net_contact(run, along).map(|net| net.end_s);
     let resumed = first_s.as_ref().ok().map_or(Ok(None), |first_s| resumed_until(run, along, *first_s))?;
@@ -109,6 +113,21 @@ pub fn speeds(run: &Observation<'_>, axis: ObservedAxis, release: Release) -> Re
     };
     let about = format!("{}{again}, {about}", release.words());
     Ok(Speeds { before, after, release_s, restitution: Estimate { value, sd: Some(sd) }, about })
+}
+
+/// Refuses a run that ran away: its largest force is not that of a docking, and what it left behind is no contact's.
+pub(super) fn ran_away(run: &Observation<'_>, along: &Along<'_>, approach_m_per_s: f64) -> Result<(), Missing> {
+    let first = along.before.as_ref().and_then(|before| before.first().copied()).unwrap_or(0.0);
+    // A rig that starts from rest has the speed of its approach.
+    let usual = if first.abs() > 0.0 { first.abs() } else { approach_m_per_s.abs() };
+    let speeds = along.after.as_deref().unwrap_or_default().iter().zip(run.loop_time.iter());
+    let found = speeds.filter(|_| usual > 0.0).find(|(speed, _)| !speed.is_finite() || speed.abs() > RUNAWAY * usual);
+    found.map_or(Ok(()), |(speed, at)| {
+        Err(Missing(format!(
+            "the run ran away: {speed:.3} m/s at {:.3} s, more than {RUNAWAY} times the {usual:.4} m/s of the approach",
+            at.seconds()
+        )))
+    })
 }
 
 /// Average speed before the first touch; the very first velocity where contact comes sooner.

@@ -6,7 +6,8 @@
 //!
 //! Method of steps, exact: where the force of h ago is a polynomial of time, so is the position, two degrees higher. Pieces end
 //! at roots of x and of f, found to rounding, and each piece ends one of the next delay. Powers of `t/h` beyond the 28th are
-//! left out: their coefficients fall like `(ωh)ⁿ/n!`.
+//! left out: their coefficients fall like `(ωh)ⁿ/n!`. A contact lasts π/H delays: where that is thousands, the loop expanded to second
+//! order in h stands in, with the closed form of a contact without delay.
 //!
 //! | symbol | meaning | unit |
 //! |---|---|---|
@@ -31,6 +32,15 @@ const POWERS: usize = 29;
 const PLACES: usize = 12;
 /// Contacts of half a period that are waited for before a mass counts as captured.
 const PERIODS_MAX: f64 = 50.0;
+/// Delays that are waited for what never pulls. Above the shortest delay that is computed this is two and a half half periods, and a
+/// release takes one; what creeps out later leaves with nothing.
+const DELAYS_MAX: f64 = 4000.0;
+/// Below this H, and this b h/m, the delay changes mass and damping, and no more: their squares are left out.
+const SHORT: f64 = 2e-3;
+const SHORT_DAMPING: f64 = 5e-3;
+/// Steps of the searches for the damping at which e = 1, as ratios.
+const STEP_UP: f64 = 1.02;
+const STEP_DOWN: f64 = 0.97;
 /// Roots nearer than this to an end of a piece are that end.
 const END: f64 = 1e-11;
 
@@ -102,7 +112,32 @@ impl OneSided {
     /// The impact, computed.
     pub fn impact(&self) -> Result<Impact, Refusal> {
         self.checked()?;
-        if self.delay_s == 0.0 { Ok(self.undelayed()) } else { Ok(Flight::new(self).flown()) }
+        if self.delay_s == 0.0 {
+            return Ok(self.undelayed());
+        }
+        Ok(if self.is_short() { self.shortly_delayed() } else { Flight::new(self).flown() })
+    }
+
+    /// Whether the delay only changes the damping.
+    fn is_short(&self) -> bool {
+        self.pull == Pull::Never
+            && self.scaled_delay() < SHORT
+            && self.damping_n_s_per_m * self.delay_s < SHORT_DAMPING * self.mass_kg
+    }
+
+    /// H.
+    fn scaled_delay(&self) -> f64 {
+        self.delay_s * libm::sqrt(self.stiffness_n_per_m / self.mass_kg)
+    }
+
+    /// To second order in h the loop is `(m - b h + k h²/2) s² + (b - k h) s + k`, which starts at m over that mass, since the damper of
+    /// the first delay is missing; both are let go where the acceleration ends.
+    fn shortly_delayed(&self) -> Impact {
+        let (m, k, b, h) = (self.mass_kg, self.stiffness_n_per_m, self.damping_n_s_per_m, self.delay_s);
+        let mass_kg = m - b * h + 0.5 * k * h * h;
+        let found = OneSided { mass_kg, damping_n_s_per_m: b - k * h, delay_s: 0.0, ..*self }.undelayed();
+        let until_zero_force_s = found.until_zero_force_s - h;
+        Impact { restitution: found.restitution * m / mass_kg, until_zero_force_s, ..found }
     }
 
     /// The closed form: `x = e^{-ζτ} sin(wτ)/w` in units of 1/ω₀, with w = √|1 - ζ²| and sinh for sin where ζ > 1.
@@ -139,28 +174,66 @@ impl OneSided {
     /// Dampings are tried in steps of 2 %, so that an interval narrower than that is missed.
     pub fn unit_restitution_damping(&self) -> Result<Option<f64>, Refusal> {
         self.checked()?;
-        let (m, k, h) = (self.mass_kg, self.stiffness_n_per_m, self.delay_s);
+        let (k, h) = (self.stiffness_n_per_m, self.delay_s);
         if h == 0.0 {
             return Ok(Some(0.0));
         }
+        // Where the mass that starts faster and the damping that is left outweigh each other.
+        if self.pull == Pull::Never && self.scaled_delay() < SHORT {
+            return Ok(Some(k * h * (1.0 + self.scaled_delay() / PI)));
+        }
         // The edge lies at the linear one, about k h, and up to a third above it: ten times as far there is none.
-        let most = ((4.0 / h - libm::sqrt(k / m)) * m).min(10.0 * k * h);
-        let excess = |damping: f64| {
-            let tried = OneSided { damping_n_s_per_m: damping, ..*self };
-            Ok(tried.impact()?.restitution - 1.0)
-        };
+        let most = self.most_damping().min(10.0 * k * h);
         let (mut gains, mut loses) = (0.0, 0.2 * k * h);
-        while excess(loses)? > 0.0 {
-            (gains, loses) = (loses, loses * 1.02);
+        while self.gains(loses)? {
+            (gains, loses) = (loses, loses * STEP_UP);
             if loses > most {
                 return Ok(None);
             }
         }
         for _ in 0..60 {
             let middle = 0.5 * (gains + loses);
-            if excess(middle)? > 0.0 { gains = middle } else { loses = middle }
+            if self.gains(middle)? { gains = middle } else { loses = middle }
         }
         Ok(Some(0.5 * (gains + loses)))
+    }
+
+    /// The damping above which it leaves faster than it came again: too much of what is late throws it back. `None` if there is no
+    /// damping at which it leaves slower, or none above at which it does not.
+    ///
+    /// The search comes from above, where the mass is thrown back within some delays, in steps of 3 %.
+    pub fn unit_restitution_damping_above(&self) -> Result<Option<f64>, Refusal> {
+        let Some(low) = self.unit_restitution_damping()? else { return Ok(None) };
+        if self.delay_s == 0.0 {
+            return Ok(None);
+        }
+        // A little inside, so that rounding does not make this damping too much to be told.
+        let mut gains = self.most_damping() * (1.0 - 1e-9);
+        if gains <= low || !self.gains(gains)? {
+            return Ok(None);
+        }
+        let mut loses = gains * STEP_DOWN;
+        while self.gains(loses)? {
+            (gains, loses) = (loses, loses * STEP_DOWN);
+            if loses <= low {
+                return Ok(None);
+            }
+        }
+        for _ in 0..60 {
+            let middle = 0.5 * (gains + loses);
+            if self.gains(middle)? { gains = middle } else { loses = middle }
+        }
+        Ok(Some(0.5 * (gains + loses)))
+    }
+
+    /// The most damping with which an impact can be told.
+    fn most_damping(&self) -> f64 {
+        (4.0 / self.delay_s - libm::sqrt(self.stiffness_n_per_m / self.mass_kg)) * self.mass_kg
+    }
+
+    /// Whether it leaves faster than it came with this damping.
+    fn gains(&self, damping_n_s_per_m: f64) -> Result<bool, Refusal> {
+        Ok(OneSided { damping_n_s_per_m, ..*self }.impact()?.restitution > 1.0)
     }
 }
 
@@ -192,19 +265,29 @@ impl<'a> Flight<'a> {
     }
 
     fn flown(mut self) -> Impact {
-        let (m, k, h) = (self.contact.mass_kg, self.contact.stiffness_n_per_m, self.contact.delay_s);
-        let patience = PERIODS_MAX * PI * libm::sqrt(m / k) / h;
+        let h = self.contact.delay_s;
+        let patience = PERIODS_MAX * PI / self.contact.scaled_delay();
+        let patience = if self.contact.pull == Pull::Never { patience.min(DELAYS_MAX) } else { patience };
         let mut restitution = 0.0;
         while self.now < patience {
             let quiet = self.late.iter().all(|piece| piece.force_n.iter().all(|&power| power == 0.0));
-            if quiet && self.position_m <= 0.0 && self.speed_m_per_s < 0.0 {
+            if quiet && self.speed_m_per_s < 0.0 && (self.position_m <= 0.0 || self.is_let_go()) {
                 restitution = -self.speed_m_per_s;
+                if self.position_m > 0.0 {
+                    self.zero_depth = self.zero_depth.min(self.now + self.position_m / restitution / h);
+                }
                 break;
             }
             let Some(piece) = self.late.pop_front() else { break };
             self.step(&piece);
         }
         Impact { restitution, until_zero_force_s: self.zero_force * h, until_zero_depth_s: self.zero_depth * h }
+    }
+
+    /// Whether what never pulls cannot push any more: on a straight way out its sum of spring and damper only falls.
+    fn is_let_go(&self) -> bool {
+        let OneSided { stiffness_n_per_m, damping_n_s_per_m, pull, .. } = *self.contact;
+        pull == Pull::Never && stiffness_n_per_m * self.position_m + damping_n_s_per_m * self.speed_m_per_s <= 0.0
     }
 
     /// Moves on under a force of one delay ago, and remembers the force that this motion makes.
@@ -329,6 +412,56 @@ mod tests {
             // First order in the delay: half the delay, half the difference.
             assert!(((short - none) / (shorter - none) - 2.0).abs() < 0.05, "{none} {shorter} {short}");
         }
+    }
+
+    #[test]
+    fn too_much_damping_throws_it_back() {
+        let contact = OneSided {
+            mass_kg: 60.0,
+            stiffness_n_per_m: 1000.0,
+            damping_n_s_per_m: 0.0,
+            delay_s: 0.016,
+            pull: Pull::Never,
+        };
+        let low = contact.unit_restitution_damping().unwrap().unwrap();
+        let high = contact.unit_restitution_damping_above().unwrap().unwrap();
+        let at = |damping_n_s_per_m: f64| OneSided { damping_n_s_per_m, ..contact }.impact().unwrap().restitution;
+        assert!(at(low * 0.999) > 1.0 && at(low * 1.001) < 1.0 && low < 17.0, "{low}");
+        assert!(at(high * 0.999) < 1.0 && at(high * 1.001) > 1.0 && high > 5000.0, "{high}");
+        // Where no damping loses energy there is no upper end either.
+        let long = OneSided { delay_s: 0.16, ..contact };
+        assert_eq!(long.unit_restitution_damping_above(), Ok(None));
+    }
+
+    /// Where the expansion ends both ways meet: what it leaves out is the squares of H and of b h/m.
+    #[test]
+    fn a_very_short_delay_changes_mass_and_damping() {
+        let contact = |damping_n_s_per_m: f64, delay_s: f64| OneSided {
+            mass_kg: 1.0,
+            stiffness_n_per_m: 1.0,
+            damping_n_s_per_m,
+            delay_s,
+            pull: Pull::Never,
+        };
+        for damping in [0.0, 1e-3, 0.5, 2.0] {
+            let short = contact(damping, SHORT * 0.999).impact().unwrap();
+            let long = contact(damping, SHORT * 1.001).impact().unwrap();
+            // The difference of the delays itself is 4e-6.
+            let close = |a: f64, b: f64| (a - b).abs() < 1e-5 + 4.0 * (SHORT * SHORT + square(damping * SHORT));
+            assert!(close(short.restitution, long.restitution), "{damping}: {short:?} {long:?}");
+            assert!(close(short.until_zero_force_s, long.until_zero_force_s), "{damping}: {short:?} {long:?}");
+            assert!(close(short.until_zero_depth_s, long.until_zero_depth_s), "{damping}: {short:?} {long:?}");
+        }
+        let edge = |delay_s: f64| contact(0.0, delay_s).unit_restitution_damping().unwrap().unwrap() / delay_s;
+        let (short, long) = (edge(SHORT * 0.999), edge(SHORT * 1.001));
+        assert!((short - long).abs() < 10.0 * SHORT * SHORT, "{short} {long}");
+        let high = |delay_s: f64| contact(0.0, delay_s).unit_restitution_damping_above().unwrap().unwrap() * delay_s;
+        // At these delays the spring plays no part in being thrown back.
+        assert!((high(1e-6) / high(1e-4) - 1.0).abs() < 1e-3, "{} {}", high(1e-6), high(1e-4));
+    }
+
+    fn square(value: f64) -> f64 {
+        value * value
     }
 
     #[test]

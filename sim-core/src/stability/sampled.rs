@@ -98,6 +98,8 @@ pub struct SampledLoop {
     pub virtual_stiffness_n_per_m: f64,
     /// Damping that the software adds.
     pub virtual_damping_n_s_per_m: f64,
+    /// Damping on the satellites' own speed, whatever `damping_on` says: a compensation's.
+    pub own_damping_n_s_per_m: f64,
     /// Pose of the virtual spring.
     pub stiffness_on: Seen,
     /// Rate of the virtual damper.
@@ -144,6 +146,7 @@ impl SampledLoop {
             hardware_damping_n_s_per_m: 0.0,
             virtual_stiffness_n_per_m: 0.0,
             virtual_damping_n_s_per_m: damping_n_s_per_m,
+            own_damping_n_s_per_m: 0.0,
             stiffness_on: Seen::Measured,
             damping_on: Seen::Measured,
             tick_s: 0.004,
@@ -164,6 +167,7 @@ impl SampledLoop {
         finite("hardware_damping_n_s_per_m", self.hardware_damping_n_s_per_m, "N s/m")?;
         finite("virtual_stiffness_n_per_m", self.virtual_stiffness_n_per_m, "N/m")?;
         finite("virtual_damping_n_s_per_m", self.virtual_damping_n_s_per_m, "N s/m")?;
+        finite("own_damping_n_s_per_m", self.own_damping_n_s_per_m, "N s/m")?;
         positive("tick_s", self.tick_s, "s")?;
         for (name, delay_s) in [("dead_time_s", self.dead_time_s), ("readout_s", self.readout_s)] {
             self.in_ticks(name, delay_s)?;
@@ -213,10 +217,19 @@ impl SampledLoop {
     pub fn damping_interval(&self) -> Result<Option<SampledInterval>, Refusal> {
         self.checked()?;
         let tick = Tick::new(self);
-        let stable = |damping: f64| -> Result<bool, Refusal> {
+        self.interval(|damping| {
             let tried = SampledLoop { virtual_damping_n_s_per_m: damping, ..*self };
             Ok(tick.growth(&tried)? < 1.0 - NEUTRAL)
-        };
+        })
+    }
+
+    /// The same for the damping that the sensor feels.
+    pub fn hardware_damping_interval(&self) -> Result<Option<SampledInterval>, Refusal> {
+        self.checked()?;
+        self.interval(|damping| SampledLoop { hardware_damping_n_s_per_m: damping, ..*self }.stable())
+    }
+
+    fn interval(&self, stable: impl Fn(f64) -> Result<bool, Refusal>) -> Result<Option<SampledInterval>, Refusal> {
         // No damping beyond 2 m/T can be stable: it turns the speed round within one tick.
         let most = 2.0 * self.mass_kg / self.tick_s;
         let (mut below, mut tried) = (0.0, 1e-6 * most);
@@ -232,7 +245,7 @@ impl SampledLoop {
         while stable(tried)? {
             (below, tried) = (tried, tried * SEARCH_RATIO);
         }
-        Ok(Some(SampledInterval { low_n_s_per_m, high_n_s_per_m: edge(below, tried, stable)? }))
+        Ok(Some(SampledInterval { low_n_s_per_m, high_n_s_per_m: edge(below, tried, &stable)? }))
     }
 }
 
@@ -313,6 +326,35 @@ mod tests {
         // It is less late than the virtual damping, in second order.
         assert!((saved - 10.0).abs() < 0.3, "{saved}");
         assert!(SampledLoop { hardware_damping_n_s_per_m: 1.0, arrival: Arrival::Hold, ..base }.stable().is_err());
+    }
+
+    #[test]
+    fn damping_on_the_own_speed_is_virtual_damping_on_the_command() {
+        let base = SampledLoop { damping_on: Seen::Commanded, ..SampledLoop::facility(63.2, 1066.0, 30.0) };
+        let own = SampledLoop {
+            own_damping_n_s_per_m: 20.0,
+            virtual_damping_n_s_per_m: 10.0,
+            damping_on: Seen::Commanded,
+            ..base
+        };
+        let growth = |sampled: &SampledLoop| sampled.growth_per_tick().unwrap();
+        assert!((growth(&base) - growth(&own)).abs() < 1e-12);
+        assert!(growth(&own) < growth(&SampledLoop { own_damping_n_s_per_m: 0.0, ..own }));
+    }
+
+    #[test]
+    fn the_felt_damping_has_an_interval_too() {
+        let base = SampledLoop { arrival: Arrival::LineFrom, ..SampledLoop::facility(63.2, 1066.0, 0.0) };
+        let edges = base.hardware_damping_interval().unwrap().unwrap();
+        for (damping, stable) in [
+            (edges.low_n_s_per_m * 0.999, false),
+            (edges.low_n_s_per_m * 1.001, true),
+            (edges.high_n_s_per_m * 0.999, true),
+            (edges.high_n_s_per_m * 1.001, false),
+        ] {
+            let tried = SampledLoop { hardware_damping_n_s_per_m: damping, ..base };
+            assert_eq!(tried.stable().unwrap(), stable, "{damping} {edges:?}");
+        }
     }
 
     #[test]

@@ -203,7 +203,8 @@ impl Tick {
             Seen::Measured => (measured - poses[self.pose_read + 1]) / sampled.tick_s,
             Seen::Commanded => state.speed,
         };
-        felt + sampled.virtual_stiffness_n_per_m * pose + sampled.virtual_damping_n_s_per_m * rate
+        let added = sampled.virtual_stiffness_n_per_m * pose + sampled.virtual_damping_n_s_per_m * rate;
+        felt + added + sampled.own_damping_n_s_per_m * state.speed
     }
 }
 

@@ -7,6 +7,7 @@ use harness::cell::Cell;
 use harness::cell::clock::WallClock;
 use harness::cell::controller::{Reference, Task};
 use harness::cell::on_wire::OnWire;
+use harness::cell::page_reader::check_page;
 use harness::cell::run::{Options, Ran, run};
 use harness::cell::serve::Served;
 use harness::cell::wires::{Addresses, Pace, Wires};
@@ -19,7 +20,7 @@ use std::time::Duration;
 pub const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A port of each robot that nobody has now.
-fn free(cell: &Cell) -> Vec<SocketAddr> {
+pub fn free(cell: &Cell) -> Vec<SocketAddr> {
     let port = |nth: usize| match cell.ethernet(nth).unwrap().protocol {
         Transport::Udp => UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap(),
         Transport::Tcp => TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap(),
@@ -46,24 +47,31 @@ pub fn heard(
     bound: Vec<SocketAddr>,
 ) -> (Ran, BTreeMap<String, u64>) {
     let sensor = "127.0.0.1:0".parse().unwrap();
-    let addresses = Addresses { robots: called.to_vec(), sensor };
+    let addresses = Addresses { robots: called.to_vec(), sensor, page: cell.config.sensor.page };
     let mut wires = Wires::bind(cell, &addresses, Pace::Virtual { patience: PATIENCE }, PATIENCE).unwrap();
-    let addresses = Addresses { robots: bound, sensor: wires.sensor() };
+    let addresses = Addresses { robots: bound, sensor: wires.sensor(), page: wires.page() };
     let model = cell.model(&standard()).unwrap();
     std::thread::scope(|scope| {
         let controller = scope.spawn(|| {
             let reference = Reference::new(&model, cell.first().unwrap(), Task::Dock);
+            let mut events = BTreeMap::new();
+            if let Some(page) = addresses.page {
+                check_page(cell, page, &mut events).unwrap();
+            }
             let mut on_wire = OnWire::new(cell, reference).unwrap();
             let mut served = Served::bind(cell, &addresses).unwrap();
             let answered = served.serve(&mut on_wire, PATIENCE, Duration::from_millis(500)).unwrap();
-            (answered, on_wire.events)
+            events.append(&mut on_wire.events);
+            (answered, events)
         });
         let clock = WallClock::new();
         let ran = run(cell, &standard(), &Options { duration_s }, &mut wires).unwrap();
         eprintln!("{} cycles over loopback in {:.0} ms", ran.cycles, clock.now().seconds() * 1e3);
-        // A robot that has left takes no more answers.
-        drop(wires);
+        // Over TCP a controller hears that the robots have left. A datagram to a port that is closed would be an event of its own.
+        let is_tcp = |nth| cell.ethernet(nth).unwrap().protocol == Transport::Tcp;
+        let kept = (!(0..cell.config.robots.len()).any(is_tcp)).then_some(wires);
         let (answered, events) = controller.join().unwrap();
+        drop(kept);
         assert!(answered >= ran.answered);
         (ran, events)
     })

@@ -1,6 +1,8 @@
 //! Flipped bits and files that were cut off.
 
-use harness::recording::{Grade, ReadOptions, Severity, from_bytes};
+use harness::recording::{Grade, Luggage, RECORD_LENGTH_MAX, ReadOptions, Severity, from_bytes, luggage, rewrite};
+use sim_core::rng::Streams;
+use std::io::Cursor;
 
 use super::{bytes, cell, content, salvage, samples, shared};
 
@@ -69,6 +71,33 @@ fn salvage_drops_the_damaged_chunk_and_keeps_the_others() {
     }
     println!("salvage keeps at least {worst} of {} samples", samples(&sound));
     assert!(worst * 2 > samples(&sound), "a flipped bit costs one chunk of several");
+}
+
+/// A replay of a damaged recording reads it, looks for what it carries, and would copy it: a length with a flipped bit is damage to
+/// all three, and asks nobody for memory.
+#[test]
+fn a_flipped_bit_asks_for_no_memory() {
+    let original = bytes(&cell(1));
+    let mut stream = Streams::new(7).named("recording/flips");
+    let mut most = 0;
+    let (mut carried, mut copied) = (0, 0);
+    for _ in 0..600 {
+        let mut damaged = original.clone();
+        let bit = (stream.uniform() * (8 * damaged.len()) as f64) as usize;
+        damaged[bit / 8] ^= 1 << (bit % 8);
+        let memory = allocation_counter::measure(|| {
+            let _ = from_bytes("flipped.mcap", &damaged, &salvage());
+            carried += usize::from(luggage(&damaged).is_ok());
+            let out = Cursor::new(Vec::new());
+            copied += usize::from(rewrite(&damaged, &mut |_| None, &Luggage::default(), &[], out).is_ok());
+        });
+        most = most.max(memory.bytes_max);
+    }
+    println!("at most {most} bytes at once; of 600 flips {carried} were carried over and {copied} copied");
+    // One record at its limit, and its decoded chunk at the same limit, beside a few copies of a file below 1 MiB.
+    assert!(most < 2 * RECORD_LENGTH_MAX as u64 + (8 << 20), "{most}");
+    // Files of ours protect every byte.
+    assert_eq!((carried, copied), (0, 0));
 }
 
 /// Cuts at many lengths; the number of recovered samples must never fall as the file grows.

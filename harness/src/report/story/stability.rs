@@ -2,7 +2,7 @@
 
 use super::super::page::{Chart, Page, Role, Row, Section, Table, Tone, XyCurve};
 use super::table::{numbers, row, table, words as text};
-use super::words::{Scale, figures, number, value};
+use super::words::{Scale, figures, value};
 use crate::stability::{Answer, Budgeted, Domain, Margin, Side};
 use sim_core::stability::exact::critical_delay;
 
@@ -37,9 +37,28 @@ pub fn stability_page(
 
 fn tone(answer: &Answer) -> Tone {
     match answer.stable {
+        _ if !answer.undecided_by.is_empty() => Tone::Warning,
         Some(true) => Tone::Good,
         Some(false) => Tone::Bad,
         None => Tone::Warning,
+    }
+}
+
+/// `undecided; without its compensation: `, before what the linear loop does.
+pub(super) fn without(undecided_by: &[String]) -> String {
+    if undecided_by.is_empty() { String::new() } else { format!("undecided; without {}: ", undecided_by.join(", ")) }
+}
+
+/// The nearer edge of the damping: `3 N s/m less damping`, or `3 N s/m more damping`.
+pub(super) fn nearer(low: Option<&Margin>, high: Option<&Margin>, along: &str) -> Option<String> {
+    let low = low.filter(|found| found.distance > 0.0);
+    match (low, high.filter(|found| found.distance > 0.0)) {
+        (Some(low), Some(high)) if high.distance < low.distance => {
+            Some(format!("{} more damping{along}", margin(high, "N s/m")))
+        }
+        (Some(low), _) => Some(format!("{} of damping{along}", margin(low, "N s/m"))),
+        (None, Some(high)) => Some(format!("{} more damping{along}", margin(high, "N s/m"))),
+        (None, None) => None,
     }
 }
 
@@ -51,6 +70,11 @@ pub(super) fn margin(margin: &Margin, unit: &str) -> String {
 }
 
 fn verdict(answer: &Answer) -> String {
+    format!("{}{}", without(&answer.undecided_by), linear(answer))
+}
+
+/// What the linear loop does.
+fn linear(answer: &Answer) -> String {
     match answer.stable {
         None => format!("stable below a dead time of {}", value(answer.critical_delay_s.unwrap_or(0.0), "s")),
         Some(false) if answer.growth_per_s.is_some_and(|growth| growth.abs() < NEUTRAL_PER_S) => {
@@ -60,11 +84,14 @@ fn verdict(answer: &Answer) -> String {
             "unstable at any dead time: without positive damping nothing decays".to_owned()
         }
         Some(true) => {
-            let delay = answer.delay_margin.as_ref().map(|found| format!("{} of delay", margin(found, "s")));
-            let damping = answer.damping_margin_low.as_ref().filter(|found| found.distance > 0.0);
-            let damping = damping.map(|found| format!("{} of damping", margin(found, "N s/m")));
-            let margins: Vec<String> = delay.into_iter().chain(damping).collect();
-            format!("stable; margin {}", margins.join(" and "))
+            let found = answer.delay_margin.as_ref().map(|found| format!("{} of delay", margin(found, "s")));
+            let searched = answer.delay_searched_s.map(|delay_s| format!("more than {} of delay", value(delay_s, "s")));
+            let damping = nearer(answer.damping_margin_low.as_ref(), answer.damping_margin_high.as_ref(), "");
+            let margins: Vec<String> = found.or(searched).into_iter().chain(damping).collect();
+            match margins.is_empty() {
+                true => "stable; no delay and no damping was found that changes it".to_owned(),
+                false => format!("stable; margin {}", margins.join(" and ")),
+            }
         }
         Some(false) => match (&answer.damping_margin_low, &answer.damping_margin_high) {
             (Some(low), _) if low.distance <= 0.0 => {
@@ -81,6 +108,12 @@ fn verdict(answer: &Answer) -> String {
 fn sentences(answer: &Answer) -> Vec<String> {
     let mut said = Vec::new();
     let stable = answer.stable == Some(true);
+    if !answer.undecided_by.is_empty() {
+        said.push(format!(
+            "The linear loop leaves out {}, which may turn this round: run the loop to see it.",
+            answer.undecided_by.join(", ")
+        ));
+    }
     if let Some(growth) = answer.growth_per_s.filter(|growth| growth.abs() < NEUTRAL_PER_S) {
         said.push(format!("It neither grows nor decays ({growth:.0e} 1/s)."));
     } else if let Some(growth) = answer.growth_per_s {
@@ -103,11 +136,12 @@ fn sentences(answer: &Answer) -> Vec<String> {
     }
     said.extend(largest(&answer.budget, answer.delay_s));
     if let (Some(delay_s), Some(critical_s)) = (answer.delay_s, answer.critical_delay_s) {
+        let pade = answer.pade_critical_delay_s.map(|pade_s| format!(" (Padé would say {})", value(pade_s, "s")));
         said.push(format!(
-            "One dead time of {} stands for the loop; by the closed form it may be {} with this damping (Padé would say {}).",
+            "One dead time of {} stands for the loop; by the closed form it may be {} with this damping{}.",
             value(delay_s, "s"),
             value(critical_s, "s"),
-            value(answer.pade_critical_delay_s.unwrap_or(f64::NAN), "s")
+            pade.unwrap_or_default()
         ));
     }
     said.extend(one_sided(answer));
@@ -123,21 +157,34 @@ pub(super) fn largest(budget: &[Budgeted], delay_s: Option<f64>) -> Option<Strin
     Some(format!("Largest contributor to the delay of {all}: {}, {part}.", worst.name))
 }
 
+/// The impact, in two digits where one delay stands for several.
 fn one_sided(answer: &Answer) -> Option<String> {
     let found = answer.one_sided.as_ref()?;
+    let lumped = !answer.budget.is_empty();
+    let digits = if lumped { 2 } else { 4 };
+    let damping = |edge: f64| if lumped { with_unit(edge, "N s/m") } else { value(edge, "N s/m") };
     let impact = found.restitution.map(|restitution| {
         let word = match restitution {
             e if e > 1.0 + 1e-12 => "creates energy",
             e if e < 1.0 - 1e-12 => "loses energy",
             _ => "keeps its energy",
         };
-        format!("an impact has restitution {} and {word}", number(restitution))
+        format!("an impact has restitution {} and {word}", figures(restitution, digits))
     })?;
-    let edge = match found.neutral_damping_n_s_per_m {
-        Some(damping) => format!("it loses energy from {} on", value(damping, "N s/m")),
-        None => "no damping makes it lose energy".to_owned(),
+    let edge = match (found.neutral_damping_n_s_per_m, found.neutral_damping_high_n_s_per_m) {
+        (Some(low), Some(high)) => format!("it loses energy between {} and {}", damping(low), damping(high)),
+        (Some(low), None) => format!("it loses energy from {} on", damping(low)),
+        (None, _) => "no damping makes it lose energy".to_owned(),
     };
-    Some(format!("With contact that never pulls {impact}; {edge} (computed, not the linear boundary)."))
+    let caveat = if lumped { ", with one dead time for all of the delay" } else { "" };
+    Some(format!(
+        "With contact that never pulls, and so ends at zero force, {impact}; {edge} (computed{caveat}; not the linear boundary)."
+    ))
+}
+
+/// Two digits and the unit.
+fn with_unit(value: f64, unit: &str) -> String {
+    Scale::of(unit, value).figures(value, 2)
 }
 
 fn advice(answer: &Answer, stable: bool) -> Option<String> {
@@ -204,7 +251,8 @@ fn numbers_table(answer: &Answer) -> Option<Table> {
         let high = edges.high_n_s_per_m.map_or("without end".to_owned(), |high| value(high, "N s/m"));
         format!("{} to {high}", value(edges.low_n_s_per_m, "N s/m"))
     };
-    add("reduced mass, with what the sensor feels late", Some(value(answer.mass_kg, "kg")));
+    let mass = if answer.budget.is_empty() { "reduced mass" } else { "reduced mass, with what the sensor feels late" };
+    add(mass, Some(value(answer.mass_kg, "kg")));
     add("stiffness, hardware and virtual", Some(value(answer.stiffness_n_per_m, "N/m")));
     add("damping, hardware and virtual", Some(value(answer.damping_n_s_per_m, "N s/m")));
     add("critical dead time, closed form", answer.critical_delay_s.map(|delay| value(delay, "s")));
@@ -213,6 +261,11 @@ fn numbers_table(answer: &Answer) -> Option<Table> {
     if let Some(sampled) = &answer.sampled {
         add("virtual damping that stabilises, sampled loop", sampled.virtual_damping.as_ref().map(edges));
         add("largest eigenvalue of one tick", Some(format!("{:.6}", sampled.growth_per_tick)));
+    }
+    let margin_row = |found: &Option<Margin>| found.as_ref().map(|found| value(found.distance, "N s/m"));
+    if answer.damping_margin_low.is_some() {
+        add("damping that may go", margin_row(&answer.damping_margin_low));
+        add("damping that may be added", margin_row(&answer.damping_margin_high));
     }
     add("longest dead time that any damping stabilises", answer.longest_delay_s.map(|delay| value(delay, "s")));
     table(Section::Quantities, "Numbers", "", vec![text("what"), numbers("value")], rows)

@@ -1,10 +1,10 @@
 //! The stability of a cell with six axes as a page.
 
 use super::super::page::{Page, Row, Section, Table, Tone};
-use super::stability::{budget_table, chart, largest, margin};
+use super::stability::{budget_table, chart, largest, margin, nearer, without};
 use super::table::{numbers, row, table, words as text};
 use super::words::{figures, number, value};
-use crate::stability::{Domain, Margin, SpaceAnswer};
+use crate::stability::{Domain, SpaceAnswer};
 
 const BUDGET_NOTE: &str = "Along the normal of the contact; to first order the loop sees one delay, τ = Σ kᵢ τᵢ / k. The verdict is \
                            from the characteristic roots of all six axes.";
@@ -19,7 +19,11 @@ pub fn stability_space_page(
 ) -> Page {
     Page {
         title: title.to_owned(),
-        tone: if answer.stable { Tone::Good } else { Tone::Bad },
+        tone: match answer.stable {
+            _ if !answer.undecided_by.is_empty() => Tone::Warning,
+            true => Tone::Good,
+            false => Tone::Bad,
+        },
         verdict: verdict(answer),
         sentences: sentences(answer),
         command: command.to_owned(),
@@ -37,12 +41,16 @@ pub fn stability_space_page(
 }
 
 fn verdict(answer: &SpaceAnswer) -> String {
+    format!("{}{}", without(&answer.undecided_by), linear(answer))
+}
+
+/// What the linear loop does.
+fn linear(answer: &SpaceAnswer) -> String {
     let delay = answer.delay_margin.as_ref().map(|found| margin(found, "s"));
-    let damping = |found: &Option<Margin>| found.as_ref().map(|found| margin(found, "N s/m"));
     if answer.stable {
         let delay = delay.map(|delay| format!("{delay} of delay on both paths"));
-        let damping =
-            damping(&answer.damping_margin_low).map(|damping| format!("{damping} of damping along the normal"));
+        let (low, high) = (answer.damping_margin_low.as_ref(), answer.damping_margin_high.as_ref());
+        let damping = nearer(low, high, " along the normal");
         let margins: Vec<String> = delay.into_iter().chain(damping).collect();
         return match margins.is_empty() {
             true => "stable, and no delay and no damping that was tried changes it".to_owned(),
