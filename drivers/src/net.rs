@@ -17,12 +17,13 @@
 
 mod arrival;
 mod error;
+mod get;
 #[cfg(test)]
 mod tests;
 
-use crate::ft::http::{Page, Reply, request};
 pub use arrival::{Arrival, Counts, Lock};
 pub use error::NetError;
+pub use get::http_get;
 use nix::poll::{PollFd, PollFlags};
 use sim_core::time::Nanos;
 use socket2::{Domain, Protocol, Socket, Type};
@@ -467,43 +468,4 @@ fn poll(watched: &mut [PollFd<'_>], limit: Duration) -> nix::Result<i32> {
 #[cfg(not(target_os = "linux"))]
 fn poll(watched: &mut [PollFd<'_>], limit: Duration) -> nix::Result<i32> {
     nix::poll::poll(watched, u16::try_from(limit.as_millis()).unwrap_or(u16::MAX))
-}
-
-/// Fetches one page. The limit is for all of it, however slowly it drips in.
-pub fn http_get(clock: Clock<'_>, address: SocketAddr, path: &str, limit: Duration) -> Result<String, NetError> {
-    let bad = |what: String| NetError::Page { address, path: path.to_owned(), what };
-    let begun = clock();
-    let left = || {
-        let spent = Duration::from_nanos(u64::try_from((clock() - begun).0).unwrap_or(0));
-        limit.checked_sub(spent).filter(|left| !left.is_zero())
-    };
-    let mut connection = Connection::connect(address, limit).map_err(|error| bad(error.to_string()))?;
-    let (mut arrivals, mut reply, mut length) = (Vec::new(), Reply::default(), 0);
-    connection.send(clock, &request(path, &address.to_string()), &mut arrivals)?;
-    let page = loop {
-        for arrival in arrivals.drain(..) {
-            let Arrival::Bytes { bytes, .. } = arrival else { continue };
-            length += bytes.len();
-            if let Some(page) = reply.push(&bytes).map_err(|error| bad(error.to_string()))? {
-                return text(page).map_err(bad);
-            }
-        }
-        if !connection.is_open() {
-            break reply.end().map_err(|error| bad(error.to_string()))?;
-        }
-        let Some(left) = left() else {
-            return Err(bad(format!("not whole after {limit:?}: {length} bytes came")));
-        };
-        wait(&[&connection], left).map_err(system("wait for", address))?;
-        connection.receive(clock, &mut arrivals)?;
-    };
-    text(page).map_err(bad)
-}
-
-/// The text of a page; the answer to a setting is none.
-fn text(page: Page) -> Result<String, String> {
-    match page.code {
-        200 => Ok(page.text),
-        code => Err(format!("the server answers {code}, which is no page")),
-    }
 }

@@ -10,7 +10,6 @@ use harness::cell::wires::{Addresses, Pace, Wires};
 use harness::recorder::{Devices, Peer, Proxy, Recorder, Summary, sensor_transport, session_record};
 use harness::recording::Kind;
 use sim_core::effects::standard;
-use sim_core::time::Nanos;
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 
