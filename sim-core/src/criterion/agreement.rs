@@ -18,7 +18,7 @@ use crate::energy::Pairing;
 use crate::refusal::{Refusal, finite, not_negative, positive};
 use crate::restitution::Release;
 use alloc::format;
-use alloc::string::ToString;
+use alloc::string::{String, ToString};
 use serde::{Deserialize, Serialize};
 
 /// The three outcomes.
