@@ -213,7 +213,11 @@ const ZERO_FORCE: usize = 2;
 const QUANTITIES: [(&str, &str, &str); 7] = [
     ("approach_speed_m_per_s", "m/s", "average over 100 ms that end 20 ms before first contact; decides nothing"),
     ("rebound_speed_m_per_s", "m/s", "average over 100 ms, 60 ms after d = 0, positive leaving; decides nothing"),
-    ("restitution", "1", "release at f = 0: average speeds, or the speed at that instant where the net force pulls afterwards"),
+    (
+        "restitution",
+        "1",
+        "release at f = 0: average speeds, or the speed at that instant where the net force pulls afterwards",
+    ),
     ("restitution_zero_depth", "1", "average speeds, release at d = 0"),
     ("contact_time_s", "s", "from first to last touch: the line through crossings of the threshold and three times it"),
     ("peak_force_n", "N", "largest mean over ±10 ms, bias and weight taken out"),

@@ -6,11 +6,11 @@ use crate::error::Error;
 use crate::model::{BodyModel, GeometryModel, SpaceModel, SpacePoseModel, turn, vector};
 use nalgebra::{Matrix3, Matrix6, Vector3};
 use serde::Serialize;
-use std::cell::Cell;
 use sim_core::compensator::Architecture;
 use sim_core::refusal::Refusal;
 use sim_core::stability::budget::{Contributor, Path, Stiffness, budget, second_order_delay_s};
 use sim_core::stability::space::{Carrier, SpaceLoop};
+use std::cell::Cell;
 
 /// A root of a lower frequency is real: rounding of the eigenvalues.
 const REAL_RAD_PER_S: f64 = 1e-9;
@@ -315,15 +315,9 @@ fn delay_margin(
 }
 
 /// The damping of the contact along its normal at which the answer changes: what may go, and what may be added.
-fn damping_margins(
-    search: &Search,
-    space: &SpaceLoop,
-    stable: bool,
-    here: f64,
-) -> Result<[Option<Margin>; 2], Stop> {
-    let is_stable = |added: f64| {
-        search.is_stable(&SpaceLoop { damping_n_s_per_m: space.damping_n_s_per_m + added, ..*space })
-    };
+fn damping_margins(search: &Search, space: &SpaceLoop, stable: bool, here: f64) -> Result<[Option<Margin>; 2], Stop> {
+    let is_stable =
+        |added: f64| search.is_stable(&SpaceLoop { damping_n_s_per_m: space.damping_n_s_per_m + added, ..*space });
     // One delay τ alone bears π m / 2 τ of damping; twice that is beyond any edge.
     let far = core::f64::consts::PI * space.reduced_mass_kg() / space.felt_delay_s.max(SHORTEST_S);
     let low_edge = |change: f64| Margin::to_edge(-change, here + change);

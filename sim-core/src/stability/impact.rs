@@ -120,7 +120,9 @@ impl OneSided {
 
     /// Whether the delay only changes the damping.
     fn is_short(&self) -> bool {
-        self.pull == Pull::Never && self.scaled_delay() < SHORT && self.damping_n_s_per_m * self.delay_s < SHORT_DAMPING * self.mass_kg
+        self.pull == Pull::Never
+            && self.scaled_delay() < SHORT
+            && self.damping_n_s_per_m * self.delay_s < SHORT_DAMPING * self.mass_kg
     }
 
     /// H.

@@ -331,8 +331,12 @@ mod tests {
     #[test]
     fn damping_on_the_own_speed_is_virtual_damping_on_the_command() {
         let base = SampledLoop { damping_on: Seen::Commanded, ..SampledLoop::facility(63.2, 1066.0, 30.0) };
-        let own =
-            SampledLoop { own_damping_n_s_per_m: 20.0, virtual_damping_n_s_per_m: 10.0, damping_on: Seen::Commanded, ..base };
+        let own = SampledLoop {
+            own_damping_n_s_per_m: 20.0,
+            virtual_damping_n_s_per_m: 10.0,
+            damping_on: Seen::Commanded,
+            ..base
+        };
         let growth = |sampled: &SampledLoop| sampled.growth_per_tick().unwrap();
         assert!((growth(&base) - growth(&own)).abs() < 1e-12);
         assert!(growth(&own) < growth(&SampledLoop { own_damping_n_s_per_m: 0.0, ..own }));

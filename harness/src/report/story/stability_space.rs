@@ -59,7 +59,8 @@ fn linear(answer: &SpaceAnswer) -> String {
         };
     }
     if answer.search_gave_up {
-        return "unstable; what makes it stable was not searched: delay times stiffness is out of proportion".to_owned();
+        return "unstable; what makes it stable was not searched: delay times stiffness is out of proportion"
+            .to_owned();
     }
     match (&answer.damping_margin_low, &answer.damping_margin_high, delay) {
         (Some(low), ..) if low.distance <= 0.0 => {
