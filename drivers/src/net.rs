@@ -7,7 +7,7 @@
 //! | unreachable peer | `IP_RECVERR` (Linux): an ICMP message becomes [`Arrival::Unreachable`], never an error |
 //! | TCP [`Listener`], [`Connection`] | one connection at a time, `TCP_NODELAY`, what waits to be sent is bounded |
 //! | [`wait`] | `poll(2)` over any of them, with a bounded time and no thread |
-//! | [`http_get`] | one page with a limit in time and in length |
+//! | [`http_get`] | one page with a limit in time; its bytes are judged by [`crate::ft::http`] |
 //!
 //! The controller sends first and from any port, so a reply goes to where the frame came from (reference/PROTOCOLS.md,
 //! section 1.1). A second start command takes a sensor's stream away (section 2.1): [`Lock::Latest`] is the sensor's side.
@@ -17,10 +17,10 @@
 
 mod arrival;
 mod error;
-mod page;
 #[cfg(test)]
 mod tests;
 
+use crate::ft::http::{Page, Reply, request};
 pub use arrival::{Arrival, Counts, Lock};
 pub use error::NetError;
 use nix::poll::{PollFd, PollFlags};
@@ -42,6 +42,8 @@ const PAYLOAD_BYTES_MAX: usize = 65_507;
 /// Asked of the kernel for what arrives while nobody reads. Linux charges about 768 bytes for a small datagram: over a second of
 /// a sensor at 1 kHz.
 const RECEIVE_BUFFER_BYTES: usize = 1 << 20;
+/// The port from which nobody sends (RFC 863).
+const DISCARD: u16 = 9;
 /// What the kernel must grant: a quarter of a second of the same. Linux grants 208 KiB, doubled, without any setting.
 const RECEIVE_BUFFER_BYTES_MIN: usize = 192 << 10;
 /// Datagrams of one call of [`Endpoint::receive`], so that a flood cannot keep the caller there.
@@ -54,8 +56,6 @@ const ERRORS_PER_CALL_MAX: usize = 64;
 const OUTBOX_BYTES_MAX: usize = 256 << 10;
 /// Bytes of one call of [`Connection::receive`].
 const STREAM_BYTES_PER_CALL_MAX: usize = 1 << 20;
-/// Longest page: a sensor's calibration page has some kilobytes.
-const PAGE_BYTES_MAX: usize = 1 << 20;
 
 fn system(doing: &'static str, address: SocketAddr) -> impl Fn(io::Error) -> NetError {
     move |source| NetError::System { doing, address, source }
@@ -147,6 +147,19 @@ impl Endpoint {
             self.peer = None;
         }
         self.reported.clear();
+    }
+
+    /// From now on the peer meets a closed port here: its machine is told by ICMP that nobody is there, while this end may still
+    /// send. Bind the port again, after this end is dropped, to open it.
+    ///
+    /// A socket that is connected to somebody else hears nobody but him. Linux lets it send to others all the same.
+    ///
+    /// # Errors
+    /// Before there is a peer.
+    pub fn refuse(&mut self) -> Result<(), NetError> {
+        let peer = self.peer.ok_or(NetError::NoPeer { local: self.local })?;
+        let other = if peer.port() == DISCARD { DISCARD + 1 } else { DISCARD };
+        self.socket.connect(SocketAddr::new(peer.ip(), other)).map_err(system("close", self.local))
     }
 
     /// Reads everything that waits, at most 4,096 datagrams. Never blocks. `valid` is asked where a sender may become the peer.
@@ -446,7 +459,7 @@ fn poll(watched: &mut [PollFd<'_>], limit: Duration) -> nix::Result<i32> {
 }
 
 /// Fetches one page. The limit is for all of it, however slowly it drips in.
-pub fn http_get(clock: Clock<'_>, address: SocketAddr, path: &str, limit: Duration) -> Result<Vec<u8>, NetError> {
+pub fn http_get(clock: Clock<'_>, address: SocketAddr, path: &str, limit: Duration) -> Result<String, NetError> {
     let bad = |what: String| NetError::Page { address, path: path.to_owned(), what };
     let begun = clock();
     let left = || {
@@ -454,24 +467,32 @@ pub fn http_get(clock: Clock<'_>, address: SocketAddr, path: &str, limit: Durati
         limit.checked_sub(spent).filter(|left| !left.is_zero())
     };
     let mut connection = Connection::connect(address, limit).map_err(|error| bad(error.to_string()))?;
-    let request = format!("GET {path} HTTP/1.0\r\nHost: {address}\r\nConnection: close\r\n\r\n");
-    let mut arrivals = Vec::new();
-    connection.send(clock, request.as_bytes(), &mut arrivals)?;
-    let mut answer = Vec::new();
-    while connection.is_open() && !page::whole(&answer) {
+    let (mut arrivals, mut reply, mut length) = (Vec::new(), Reply::default(), 0);
+    connection.send(clock, &request(path, &address.to_string()), &mut arrivals)?;
+    let page = loop {
+        for arrival in arrivals.drain(..) {
+            let Arrival::Bytes { bytes, .. } = arrival else { continue };
+            length += bytes.len();
+            if let Some(page) = reply.push(&bytes).map_err(|error| bad(error.to_string()))? {
+                return text(page).map_err(bad);
+            }
+        }
+        if !connection.is_open() {
+            break reply.end().map_err(|error| bad(error.to_string()))?;
+        }
         let Some(left) = left() else {
-            return Err(bad(format!("not whole after {limit:?}: {} bytes came", answer.len())));
+            return Err(bad(format!("not whole after {limit:?}: {length} bytes came")));
         };
         wait(&[&connection], left).map_err(system("wait for", address))?;
         connection.receive(clock, &mut arrivals)?;
-        for arrival in arrivals.drain(..) {
-            if let Arrival::Bytes { bytes, .. } = arrival {
-                answer.extend_from_slice(&bytes);
-            }
-        }
-        if answer.len() > PAGE_BYTES_MAX {
-            return Err(bad(format!("longer than {PAGE_BYTES_MAX} bytes")));
-        }
+    };
+    text(page).map_err(bad)
+}
+
+/// The text of a page; the answer to a setting is none.
+fn text(page: Page) -> Result<String, String> {
+    match page.code {
+        200 => Ok(page.text),
+        code => Err(format!("the server answers {code}, which is no page")),
     }
-    page::page(&answer).map_err(bad)
 }

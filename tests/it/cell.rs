@@ -1,8 +1,12 @@
 //! The virtual cell: in process and over sockets the same, faults act as they say, and its recordings can be diagnosed.
 
 mod diagnosed;
+mod every_fault;
 mod faults;
-mod sockets;
+mod hostile;
+mod krc2;
+mod relative;
+pub mod sockets;
 
 use harness::cell::controller::{Command, Controller, Reference, Seen, Task};
 use harness::cell::on_wire::OnWire;
@@ -13,14 +17,14 @@ use sim_core::effects::standard;
 use std::path::Path;
 
 /// A cell inside the program, with text added to its file.
-fn cell(name: &str, added: &str) -> Cell {
+pub fn cell(name: &str, added: &str) -> Cell {
     let mut cell = Cell::find(Path::new(name)).unwrap();
     cell.source.text = format!("{}\n{added}", cell.source.text);
     cell.config = CellConfig::parse(name, &cell.source.text).unwrap();
     cell
 }
 
-fn reference(cell: &Cell, duration_s: f64) -> Ran {
+pub fn reference(cell: &Cell, duration_s: f64) -> Ran {
     in_process(cell, &standard(), &Options { duration_s }, Task::Dock).unwrap_or_else(|error| panic!("{error}"))
 }
 

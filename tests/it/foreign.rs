@@ -40,8 +40,9 @@ fn free() -> SocketAddr {
 }
 
 fn wires(robot: SocketAddr) -> Wires {
-    let addresses = Addresses { robots: vec![robot], sensor: "127.0.0.1:0".parse().unwrap() };
-    Wires::bind(&addresses, Pace::Virtual { patience: GENEROUS }, GENEROUS).expect("free ports")
+    let addresses = Addresses { robots: vec![robot], sensor: "127.0.0.1:0".parse().unwrap(), page: None };
+    let cell = Cell::find(Path::new("bench")).unwrap();
+    Wires::bind(&cell, &addresses, Pace::Virtual { patience: GENEROUS }, GENEROUS).expect("free ports")
 }
 
 fn start(words: &[&str]) -> Started {
@@ -167,12 +168,12 @@ fn two_clients_in_python_share_the_virtual_cell() {
 fn check_third_party(python: &str, library: &str, sensor: &str) {
     const CYCLES: u64 = 10_000;
     let robot = free();
-    let addresses = Addresses { robots: vec![robot], sensor: sensor.parse().unwrap() };
-    let mut wires = Wires::bind(&addresses, Pace::Virtual { patience: GENEROUS }, GENEROUS).expect("free ports");
+    let addresses = Addresses { robots: vec![robot], sensor: sensor.parse().unwrap(), page: None };
+    let cell = Cell::find(Path::new("bench")).unwrap();
+    let mut wires = Wires::bind(&cell, &addresses, Pace::Virtual { patience: GENEROUS }, GENEROUS).expect("free ports");
     let folder = tempfile::tempdir().unwrap();
     let config = folder.path().join("rsi.xml");
-    let bench = Cell::find(Path::new("bench")).unwrap().rsi[0].text.clone();
-    std::fs::write(&config, bench.replace(">49152<", &format!(">{}<", robot.port()))).unwrap();
+    std::fs::write(&config, cell.rsi[0].text.replace(">49152<", &format!(">{}<", robot.port()))).unwrap();
     let (runner, count) = (script("third_party.py"), CYCLES.to_string());
     let rsi = start(&[python, &runner, "rsipi", &config.display().to_string(), &count]);
     until_bound(robot);

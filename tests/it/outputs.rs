@@ -110,3 +110,29 @@ fn a_model_with_six_axes_is_told_what_takes_its_place() {
     assert!(ran.exit == 2 && ran.err.contains("target: interface_m = inf m"), "{}", ran.err);
     assert!(ran.err.contains("│ interface_m = [0, inf, 0]"), "{}", ran.err);
 }
+
+#[cfg(unix)]
+#[test]
+fn a_link_is_followed_and_a_pipe_stays_a_pipe() {
+    let shell = Shell::new();
+    let json = ["stability", "--mass-kg", "60", "--stiffness-n-per-m", "1000", "--damping-n-s-per-m", "50", "--json"];
+    shell.write("file", "old");
+    std::os::unix::fs::symlink(shell.path("file"), shell.path("link")).unwrap();
+    assert_eq!(shell.run(&[&json[..], &["DIR/link"]].concat()).exit, 0);
+    assert!(shell.path("link").is_symlink() && shell.read("file").contains("critical_delay_s"));
+    let pipe = shell.path("pipe");
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let reader = std::thread::spawn({
+        let pipe = pipe.clone();
+        move || std::fs::read_to_string(pipe).unwrap()
+    });
+    assert_eq!(shell.run(&[&json[..], &["DIR/pipe"]].concat()).exit, 0);
+    assert!(reader.join().unwrap().contains("critical_delay_s"));
+    assert!(!pipe.metadata().unwrap().is_file());
+    // A device that is full is an error, and stays a device.
+    if std::path::Path::new("/dev/full").exists() {
+        let ran = shell.run(&[&json[..], &["/dev/full"]].concat());
+        assert!(ran.exit == 2 && ran.err.contains("/dev/full: cannot write"), "{}", ran.err);
+        assert!(!std::fs::metadata("/dev/full").unwrap().is_file());
+    }
+}

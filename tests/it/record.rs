@@ -3,4 +3,5 @@
 mod crash;
 mod import;
 mod live;
+mod tcp;
 mod wire;

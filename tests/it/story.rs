@@ -185,7 +185,13 @@ fn ranking() -> Vec<Rank> {
 }
 
 fn answer(verdict: Verdict) -> Diagnosis {
-    let base = |nominal: f64, fitted: f64, sd: f64, wrong: bool| BaseParameter { nominal, fitted, sd, wrong };
+    let base = |nominal: f64, fitted: f64, sd: f64, wrong: bool| BaseParameter {
+        nominal,
+        fitted,
+        sd,
+        wrong,
+        looks_like: None,
+    };
     let size = |name: &str, size: f64| BTreeMap::from([(name.to_owned(), size)]);
     Diagnosis {
         schema: 1,

@@ -9,6 +9,7 @@ pub(super) const BYTES_MAX: usize = 65_536;
 
 /// What happens to a packet, or beside it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(tag = "id", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Action {
     /// It is lost.

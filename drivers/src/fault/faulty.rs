@@ -55,14 +55,14 @@ impl Faulty {
         }
     }
 
-    /// How often each acted, in the order of the list.
-    pub fn acted(&self) -> impl Iterator<Item = (&WireFault, u64)> {
-        self.stages.iter().map(|stage| (&stage.fault, stage.schedule.acted()))
+    /// Each fault and what has come of it, in the order of the list.
+    pub fn faults(&self) -> impl Iterator<Item = (&WireFault, &Schedule)> {
+        self.stages.iter().map(|stage| (&stage.fault, &stage.schedule))
     }
 
     /// Those that did nothing: each is an error of the run.
     pub fn never_acted(&self) -> impl Iterator<Item = &WireFault> {
-        self.acted().filter(|(_, acted)| *acted == 0).map(|(fault, _)| fault)
+        self.faults().filter(|(_, schedule)| schedule.acted() == 0).map(|(fault, _)| fault)
     }
 
     /// Packets that are still held back.

@@ -7,7 +7,7 @@
 //! [`Faulty`] takes the packets of one stream and yields what arrives instead. Some faults are not a change of bytes: a foreign
 //! peer needs a second socket, a controller's clock that jumps needs the controller. [`TABLE`] says so in [`Row::needs`]; the
 //! virtual cell performs those and asks a [`Schedule`] when. Every fault counts how often it acted, and one that never did is an
-//! error of the run.
+//! error of the run. What the computer reports of each, and which look alike from there: [`table`].
 //!
 //! | list of reference/PROTOCOLS.md, section 5 | id |
 //! |---|---|
@@ -35,7 +35,7 @@ mod faulty;
 mod record;
 mod schedule;
 mod stage;
-mod table;
+pub mod table;
 mod wire_fault;
 
 pub use action::Action;

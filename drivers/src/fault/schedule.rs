@@ -22,7 +22,9 @@ pub struct Schedule {
     every: u64,
     chance: f64,
     random: rng::Stream,
+    asked: u64,
     acted: u64,
+    first: Option<u64>,
 }
 
 impl Schedule {
@@ -41,7 +43,9 @@ impl Schedule {
             every: fault.every.max(1),
             chance: fault.chance,
             random: streams.named(&format!("fault/{index}/{}", fault.id())),
+            asked: 0,
             acted: 0,
+            first: None,
         }
     }
 
@@ -52,6 +56,7 @@ impl Schedule {
 
     /// Whether it is to act on the packet with this number. Numbers only grow; each is asked once.
     pub fn due(&mut self, number: u64) -> bool {
+        self.asked = number;
         if self.start.is_none() && self.happened {
             self.start = Some(number);
         }
@@ -63,11 +68,17 @@ impl Schedule {
     /// It did act: not before is it counted.
     pub fn count(&mut self) {
         self.acted += 1;
+        self.first.get_or_insert(self.asked);
     }
 
     /// How often it acted.
     pub fn acted(&self) -> u64 {
         self.acted
+    }
+
+    /// Number of the packet on which it acted first.
+    pub fn first(&self) -> Option<u64> {
+        self.first
     }
 
     /// A whole number below `limit`, drawn from the fault's own stream; 0 if the limit is 0.

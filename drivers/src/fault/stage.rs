@@ -3,7 +3,7 @@
 use super::action::{Action, BYTES_MAX};
 use super::faulty::Out;
 use super::schedule::{Event, Schedule};
-use super::wire_fault::WireFault;
+use super::wire_fault::{Stream, WireFault};
 use super::{document, record};
 use sim_core::time::Nanos;
 use std::collections::VecDeque;
@@ -93,11 +93,18 @@ impl Stage {
             Action::Delay { cycles } => self.queue(due, u64::from(cycles), Nanos(0), packet, out),
             Action::Jitter { delays_us } => {
                 let delay_us = delays_us[self.seen as usize % delays_us.len().max(1)];
-                let due = due && delay_us > 0;
-                self.seen += u64::from(due || self.seen > 0);
+                self.seen += u64::from((due && delay_us > 0) || self.seen > 0);
                 let total = packet.within + Nanos(i64::from(delay_us) * 1000);
                 let cycles = total.0 / period.0.max(1);
-                self.queue(due, cycles as u64, Nanos(total.0 - cycles * period.0), packet, out);
+                // A controller takes an answer whenever it comes within its cycle.
+                let shows = cycles > 0 || self.fault.on != Stream::RsiReply;
+                self.queue(
+                    due && delay_us > 0 && shows,
+                    cycles as u64,
+                    Nanos(total.0 - cycles * period.0),
+                    packet,
+                    out,
+                );
             }
             Action::SilenceThenBurst {} if due => {
                 self.schedule.count();

@@ -32,7 +32,7 @@ fn faulty(on: &str, fault: &str) -> Faulty {
 
 /// Packets `p0` to `p9` in, one with each number; what comes out by number 14.
 fn order(fault: &str) -> String {
-    let (mut link, mut out) = (faulty("rsi-reply", fault), Vec::new());
+    let (mut link, mut out) = (faulty("rsi-frame", fault), Vec::new());
     for number in 0..15_u64 {
         let packet = format!("p{number}");
         link.pass(number, (number < 10).then_some(packet.as_bytes()), &mut out);
@@ -67,13 +67,26 @@ fn order_changes_as_each_fault_says() {
     }
 }
 
+/// A controller takes an answer whenever it comes within its cycle.
+#[test]
+fn an_answer_that_is_late_within_its_cycle_is_not() {
+    let acted = |on: &str, delay_us: u32| {
+        let mut link = faulty(on, &format!("id = \"jitter\"\nat = 3\nfor = 3\ndelays_us = [{delay_us}]"));
+        (0..10).for_each(|number| link.pass(number, Some(b"p"), &mut Vec::new()));
+        link.faults().map(|(_, schedule)| (schedule.acted(), schedule.first())).collect::<Vec<_>>()
+    };
+    assert_eq!(acted("rsi-reply", 3999), [(0, None)]);
+    assert_eq!(acted("rsi-reply", 4000), [(3, Some(3))]);
+    assert_eq!(acted("rsi-frame", 3999), [(3, Some(3))]);
+}
+
 /// How many of 10 arrive, each one or more times.
 #[test]
 fn for_every_and_chance_say_how_often() {
     let arrive = |fault: &str| {
         let (mut link, mut out) = (faulty("rsi-reply", fault), Vec::new());
         (0..10).for_each(|number| link.pass(number, Some(b"p"), &mut out));
-        (out.len(), link.acted().map(|(_, acted)| acted).sum::<u64>())
+        (out.len(), link.faults().map(|(_, schedule)| schedule.acted()).sum::<u64>())
     };
     assert_eq!(arrive("id = \"drop\"\nat = 3"), (9, 1));
     assert_eq!(arrive("id = \"drop\"\nat = 3\nfor = 3\nevery = 3"), (7, 3));

@@ -123,6 +123,10 @@ impl Device for AnyDevice {
         self.inner_mut().sample(force_n, torque_n_m, out);
     }
 
+    fn is_request(&self, bytes: &[u8]) -> bool {
+        self.inner().is_request(bytes)
+    }
+
     fn bench(&self) -> &Bench {
         self.inner().bench()
     }

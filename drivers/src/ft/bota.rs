@@ -242,6 +242,10 @@ impl Device for BotaDevice {
         out.push(record);
     }
 
+    fn is_request(&self, bytes: &[u8]) -> bool {
+        matches!(bytes.trim_ascii(), b"C" | b"R" | b"I" | [b'c' | b'f', b',', ..])
+    }
+
     fn bench(&self) -> &Bench {
         &self.bench
     }

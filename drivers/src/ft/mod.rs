@@ -25,6 +25,7 @@ pub mod http;
 mod layout;
 pub mod netft_tcp;
 pub mod optoforce;
+mod page;
 pub mod rdt;
 pub mod record;
 pub mod robotiq;
@@ -99,6 +100,9 @@ pub trait Device {
     fn streams(&self) -> bool {
         self.bench().streams
     }
+
+    /// Whether this is something that a client of it says; anything else is noise, and its sender nobody.
+    fn is_request(&self, bytes: &[u8]) -> bool;
 
     /// What it has in common with every other device.
     fn bench(&self) -> &Bench;

@@ -233,6 +233,10 @@ impl Device for OptoForceDevice {
         self.bench.streams = self.left != Some(0);
     }
 
+    fn is_request(&self, bytes: &[u8]) -> bool {
+        parse_request(bytes).is_some_and(|(code, _)| [STOP, START, BIAS, FILTER, PERIOD].contains(&code))
+    }
+
     fn bench(&self) -> &Bench {
         &self.bench
     }

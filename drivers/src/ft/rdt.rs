@@ -291,6 +291,10 @@ impl Device for RdtDevice {
         }
     }
 
+    fn is_request(&self, bytes: &[u8]) -> bool {
+        parse_request(bytes).is_some_and(|(code, _)| Command::ALL.iter().any(|command| command.code() == code))
+    }
+
     fn bench(&self) -> &Bench {
         &self.bench
     }

@@ -294,6 +294,10 @@ impl Device for RecordDevice {
         }
     }
 
+    fn is_request(&self, bytes: &[u8]) -> bool {
+        !bytes.is_empty() && (bytes == self.checked.start || bytes == self.checked.stop)
+    }
+
     fn bench(&self) -> &Bench {
         &self.bench
     }

@@ -180,6 +180,11 @@ impl Device for RobotiqDevice {
         out.push(sealed(&record));
     }
 
+    fn is_request(&self, bytes: &[u8]) -> bool {
+        let stops = bytes.iter().all(|byte| *byte == STOP_BYTE);
+        (stops && !bytes.is_empty()) || (bytes.first() == Some(&SLAVE) && intact(bytes).is_ok())
+    }
+
     fn bench(&self) -> &Bench {
         &self.bench
     }

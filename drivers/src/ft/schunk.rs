@@ -207,6 +207,10 @@ impl Device for SchunkDevice {
         out.push(message(counter, &body));
     }
 
+    fn is_request(&self, bytes: &[u8]) -> bool {
+        split(bytes).is_ok_and(|(_, body, _)| !body.is_empty())
+    }
+
     fn bench(&self) -> &Bench {
         &self.bench
     }

@@ -213,13 +213,13 @@ impl Settings {
         Ok(period_ms as u8)
     }
 
-    fn model_and_clock(&self) -> (Model, Option<f64>) {
+    pub(super) fn model_and_clock(&self) -> (Model, Option<f64>) {
         let model = self.model.unwrap_or(Model::NetFt);
         let usual = (model == Model::NetFt).then_some(rdt::CLOCK_HZ);
         (model, self.clock_hz.or(usual))
     }
 
-    fn scale(&self) -> Result<SensorScale, SettingsError> {
+    pub(super) fn scale(&self) -> Result<SensorScale, SettingsError> {
         let usual = |value: f64| (self.protocol == Protocol::OptoForce).then_some(value);
         let help = "counts for one N (N m), from the sensor's page: cfgcpf (cfgcpt), divided by the newtons (newton \
                     metres) in its unit; there is no default, since it changes with calibration and units";

@@ -260,6 +260,33 @@ fn what_nobody_reads_is_bounded() {
     assert!(connection.outbox.len() <= OUTBOX_BYTES_MAX);
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_port_that_refuses_still_sends_and_opens_again() {
+    let (clock, mut arrivals) = (ticking(), Vec::new());
+    let mut host = Endpoint::bind(any(), Lock::First).expect("a free port");
+    let mut robot = Endpoint::bind(any(), Lock::Only(host.local())).expect("a free port");
+    let exchange = |host: &mut Endpoint, robot: &mut Endpoint| {
+        let mut arrivals = Vec::new();
+        robot.send(&clock, b"<Rob/>", &mut arrivals).expect("sent");
+        assert!(wait(&[&*host], GENEROUS).expect("poll works")[0]);
+        host.receive(&clock, &mut |_| true, &mut arrivals).expect("a receive");
+        host.send(&clock, b"<Sen/>", &mut arrivals).expect("sent");
+        arrivals
+    };
+    robot.refuse().expect("it knows its peer");
+    assert!(matches!(exchange(&mut host, &mut robot)[..], [Arrival::Bytes { .. }]));
+    assert!(wait(&[&host], GENEROUS).expect("poll works")[0], "an error waits");
+    host.receive(&clock, &mut |_| true, &mut arrivals).expect("not an error");
+    assert!(matches!(arrivals[..], [Arrival::Unreachable { why: ErrorKind::ConnectionRefused, .. }]), "{arrivals:?}");
+    let (local, lock) = (robot.local(), Lock::Only(host.local()));
+    drop(robot);
+    let mut robot = Endpoint::bind(local, lock).expect("nobody took it");
+    exchange(&mut host, &mut robot);
+    assert!(wait(&[&robot], GENEROUS).expect("poll works")[0], "the answer is here");
+    assert!(Endpoint::bind(any(), Lock::First).expect("a free port").refuse().is_err(), "nobody to refuse");
+}
+
 /// Answers one request with `answer`, then closes or keeps the connection.
 fn served(answer: &'static [u8], keep: bool) -> (SocketAddr, std::thread::JoinHandle<()>) {
     let server = TcpListener::bind(ANY).expect("a free port");
@@ -282,7 +309,7 @@ fn served(answer: &'static [u8], keep: bool) -> (SocketAddr, std::thread::JoinHa
     (address, thread)
 }
 
-fn check_page(answer: &'static [u8], keep: bool, expected: Result<&[u8], &str>) {
+fn check_page(answer: &'static [u8], keep: bool, expected: Result<&str, &str>) {
     let (address, server) = served(answer, keep);
     let page = http_get(&ticking(), address, "/netftapi2.xml", GENEROUS);
     match (page, expected) {
@@ -300,12 +327,13 @@ fn check_page(answer: &'static [u8], keep: bool, expected: Result<&[u8], &str>) 
 #[test]
 fn a_page_comes_whole_or_says_why_not() {
     let whole = b"HTTP/1.0 200 OK\r\nContent-Length: 8\r\n\r\n<netft/>";
-    check_page(whole, false, Ok(b"<netft/>"));
-    check_page(whole, true, Ok(b"<netft/>"));
-    check_page(b"HTTP/1.1 200 OK\r\n\r\n<netft/>", false, Ok(b"<netft/>"));
-    check_page(b"HTTP/1.0 404 Not Found\r\n\r\n", false, Err("the server answers \"HTTP/1.0 404 Not Found\""));
-    check_page(b"HTTP/1.0 200 OK\r\nContent-Length: 80\r\n\r\n<netft", false, Err("half a page: 6 of 80 bytes"));
-    check_page(b"HTTP/1.0 200 OK\r\nContent-Len", false, Err("without the end of a head"));
+    check_page(whole, false, Ok("<netft/>"));
+    check_page(whole, true, Ok("<netft/>"));
+    check_page(b"HTTP/1.1 200 OK\r\n\r\n<netft/>", false, Ok("<netft/>"));
+    check_page(b"HTTP/1.0 404 Not Found\r\n\r\n", false, Err("the server answers 404 Not Found"));
+    check_page(b"HTTP/1.0 200 OK\r\nContent-Length: 80\r\n\r\n<netft", false, Err("after 6 bytes of 80"));
+    check_page(b"HTTP/1.0 302 Found\r\n\r\n", false, Err("302, which is no page"));
+    check_page(b"HTTP/1.0 200 OK\r\nContent-Len", false, Err("bytes of a head"));
 }
 
 #[test]

@@ -16,6 +16,7 @@ use super::telegram::DOCUMENT_MAX;
 const WAITING_MAX: usize = 2 * DOCUMENT_MAX;
 /// Longest length: the digits of 65536 and a separator.
 const PREFIX_MAX: usize = 8;
+const BYTE_ORDER_MARK: &[u8] = "\u{feff}".as_bytes();
 const STARTS: [&[u8]; 2] = [b"<Rob", b"<Sen"];
 const ENDS: [&[u8]; 2] = [b"</Rob", b"</Sen"];
 
@@ -48,6 +49,8 @@ pub struct Frames {
     prefix: Prefix,
     /// What stood before the document at the front was reported already.
     reported: bool,
+    /// Since the last document, something that is none was dropped and reported.
+    skips: bool,
 }
 
 impl Default for Frames {
@@ -60,7 +63,15 @@ impl Frames {
     /// A stream; with `length_prefix`, a length stands before each document.
     pub fn new(length_prefix: bool) -> Self {
         let prefix = if length_prefix { Prefix::Little32 } else { Prefix::None };
-        Frames { waiting: Vec::new(), lost: false, searched: 0, expects_prefix: length_prefix, prefix, reported: false }
+        Frames {
+            waiting: Vec::new(),
+            lost: false,
+            searched: 0,
+            expects_prefix: length_prefix,
+            prefix,
+            reported: false,
+            skips: false,
+        }
     }
 
     /// Takes the next bytes of the stream.
@@ -78,7 +89,9 @@ impl Frames {
     /// Takes the next bytes and gives all documents that are whole now, or what was in their place.
     pub fn documents(&mut self, bytes: &[u8]) -> Vec<Result<Vec<u8>, Malformed>> {
         self.push(bytes);
-        core::iter::from_fn(|| self.next()).collect()
+        let mut found: Vec<_> = core::iter::from_fn(|| self.next()).collect();
+        found.extend(self.junk().map(Err));
+        found
     }
 
     /// Bytes that wait for the rest of their document.
@@ -126,6 +139,7 @@ impl Frames {
         }
         let document = self.waiting[start..end].to_vec();
         self.drop_front(end);
+        self.skips = false;
         let problem = Malformed { at: DOCUMENT_MAX, why: Why::TooLong };
         Some(if document.len() > DOCUMENT_MAX { Err(problem) } else { Ok(document) })
     }
@@ -164,6 +178,22 @@ impl Frames {
         let next = find_first(&self.waiting[start + 1..], &STARTS).map_or(self.waiting.len(), |at| start + 1 + at);
         self.drop_front(next);
         (!padding).then_some(Malformed { at: DOCUMENT_MAX, why: Why::TooLong })
+    }
+
+    /// Drops what no document begins with: whoever speaks another language may never end one. It is said once.
+    fn junk(&mut self) -> Option<Malformed> {
+        let is_padding = |byte: &u8| *byte == 0 || byte.is_ascii_whitespace() || BYTE_ORDER_MARK.contains(byte);
+        let padding = self.waiting.iter().take_while(|byte| is_padding(byte)).count();
+        let rest = &self.waiting[padding..];
+        // A length may have any form.
+        let length = if self.expects_prefix { PREFIX_MAX } else { 0 };
+        let mut begins = (0..rest.len()).filter(|at| begins_document(&rest[*at..]));
+        let next = begins.next().unwrap_or(rest.len());
+        if next <= length {
+            return None;
+        }
+        self.drop_front(padding + next - length);
+        (!core::mem::replace(&mut self.skips, true)).then_some(Malformed { at: 0, why: Why::Junk })
     }
 
     /// What stands before a document of this length: padding, a length, or neither.
@@ -230,6 +260,12 @@ pub fn split(datagram: &[u8]) -> Vec<Result<Vec<u8>, Malformed>> {
     found
 }
 
+/// Whether bytes may be the beginning of a document, or of what may stand before one.
+fn begins_document(bytes: &[u8]) -> bool {
+    let words: [&[u8]; 3] = [STARTS[0], STARTS[1], b"<?"];
+    words.iter().any(|word| word.iter().zip(bytes).all(|(a, b)| a == b))
+}
+
 fn find_first(bytes: &[u8], words: &[&[u8]; 2]) -> Option<usize> {
     let length = words[0].len();
     bytes.windows(length).position(|window| words.contains(&window))
@@ -286,6 +322,40 @@ mod tests {
             let mut frames = Frames::default();
             frames.push(text.as_bytes());
             assert_eq!(all(&mut frames), want, "{text}");
+        }
+    }
+
+    #[test]
+    fn who_speaks_another_language_is_named_at_once_and_only_once() {
+        let junk = |frames: &mut Frames, text: &str| -> Vec<Option<Why>> {
+            let found = frames.documents(text.as_bytes()).into_iter();
+            found.map(|found| found.err().map(|problem| problem.why)).collect()
+        };
+        for prefix in [false, true] {
+            let mut frames = Frames::new(prefix);
+            assert_eq!(junk(&mut frames, "\0\r\n"), []);
+            assert_eq!(junk(&mut frames, "GET / HTTP/1.1\r\n"), [Some(Why::Junk)], "{prefix}");
+            assert_eq!(junk(&mut frames, "Host: <b>1.2.3.4</b>\r\n\r\n"), [], "{prefix}");
+            assert!(frames.waiting() <= PREFIX_MAX);
+            let wrapped = String::from_utf8(frames.wrap(b"<Rob></Rob>")).unwrap();
+            assert_eq!(junk(&mut frames, &wrapped), [None], "{prefix}");
+            assert_eq!(junk(&mut frames, "and this is no document"), [Some(Why::Junk)]);
+        }
+        let mut frames = Frames::default();
+        assert_eq!(junk(&mut frames, "\u{feff}<?xml version=\"1.0\"?>"), []);
+        assert_eq!(junk(&mut frames, "<R"), []);
+        assert_eq!(junk(&mut frames, "ob></Rob><"), [None]);
+        assert_eq!(junk(&mut frames, "Sen></Sen>"), [None]);
+    }
+
+    #[test]
+    fn a_document_that_breaks_off_does_not_take_the_length_of_the_next_one() {
+        let mut frames = Frames::new(true);
+        let whole = frames.wrap(b"<Rob></Rob>");
+        for cut in 4..11 {
+            let bytes = [&frames.wrap(&b"<Rob></Rob>"[..cut])[..], &whole].concat();
+            frames.push(&bytes);
+            assert_eq!(all(&mut frames), [Err(Why::Truncated), document("<Rob></Rob>")], "{cut} bytes");
         }
     }
 

@@ -251,6 +251,9 @@ impl Default for LateConfig {
 pub struct SensorConfig {
     /// Where the sensor is; the virtual one listens there.
     pub address: SocketAddr,
+    /// Where its web server is, if it has one: a controller that is told reads the calibration there. ATI's is at port 80.
+    #[serde(default)]
+    pub page: Option<SocketAddr>,
     /// All other keys of the table: what it speaks, and what it counts.
     #[serde(flatten)]
     pub protocol: toml::Table,

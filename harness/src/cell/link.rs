@@ -36,6 +36,15 @@ pub(crate) fn towards(address: SocketAddr) -> SocketAddr {
     SocketAddr::new(ip, 0)
 }
 
+/// Closes this port and opens it anew.
+pub(crate) fn bind_again(endpoint: &mut Endpoint, lock: Lock) -> Result<(), NetError> {
+    let local = endpoint.local();
+    // Something must stand there while the port is free.
+    *endpoint = Endpoint::bind(towards(local), lock)?;
+    *endpoint = Endpoint::bind(local, lock)?;
+    Ok(())
+}
+
 /// What the network says that is no bytes: its class, and its text.
 pub(crate) fn told(arrival: &Arrival) -> Option<(Nanos, &'static str, String)> {
     let (at, class, text) = match arrival {
@@ -205,6 +214,41 @@ impl Calling {
             *connection = Some(Connection::connect(*address, limit)?);
         }
         Ok(())
+    }
+
+    /// What it speaks.
+    pub fn transport(&self) -> Transport {
+        match self {
+            Calling::Udp(_) => Transport::Udp,
+            Calling::Tcp(..) => Transport::Tcp,
+        }
+    }
+
+    /// Where it is bound; a connection hears nobody but its other end.
+    pub fn local(&self) -> Option<SocketAddr> {
+        match self {
+            Calling::Udp(endpoint) => Some(endpoint.local()),
+            Calling::Tcp(..) => None,
+        }
+    }
+
+    /// Answers meet a closed port from now on, until [`Self::open`]. A connection goes on.
+    pub fn refuse(&mut self) -> Result<(), Error> {
+        match self {
+            Calling::Udp(endpoint) => endpoint.refuse().map_err(failed),
+            Calling::Tcp(..) => Ok(()),
+        }
+    }
+
+    /// Answers arrive again.
+    pub fn open(&mut self) -> Result<(), Error> {
+        match self {
+            Calling::Udp(endpoint) => {
+                let lock = endpoint.peer().map_or(Lock::First, Lock::Only);
+                bind_again(endpoint, lock).map_err(failed)
+            }
+            Calling::Tcp(..) => Ok(()),
+        }
     }
 
     /// Closes the connection, if there is one.

@@ -16,8 +16,11 @@
 //! | `frames` | poses of two robots and the relative one |
 //! | `virtual_cell`, `faults`, `session` | the cell without a socket, what it gets wrong, and what was exchanged |
 //! | `controller`, `on_wire`, `pc` | controllers under test in SI, and their bytes |
+//! | `fault_list` | the faults of the wire as text |
 //! | `run` | one run: the cell and whoever is at the other end |
 //! | `wires`, `serve`, `link`, `process`, `clock` | the same over real sockets, with a program that is started and watched |
+//! | `net_faults`, `intruder` | what only sockets get wrong: strangers, closed ports, a second client |
+//! | `page_server`, `page_reader` | the sensor's page, and the computer that reads it |
 //!
 //! In virtual time a run is a function of its files and of the controller's answers: the F/T packets of a cycle are sent before its
 //! frames, and the cell goes on when it has its answers.
@@ -26,10 +29,15 @@ pub mod clock;
 mod config;
 mod config_check;
 pub mod controller;
+pub mod fault_list;
 pub mod faults;
 pub mod frames;
+mod intruder;
 pub(crate) mod link;
+pub mod net_faults;
 pub mod on_wire;
+pub mod page_reader;
+mod page_server;
 mod parts;
 mod pc;
 pub mod process;

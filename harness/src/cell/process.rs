@@ -1,7 +1,10 @@
 //! A program under test: started, watched, stopped, its output kept.
 
 use crate::error::Error;
+use nix::sys::signal::{Signal, killpg};
+use nix::unistd::Pid;
 use std::io::Read;
+use std::os::unix::process::CommandExt as _;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
@@ -59,7 +62,8 @@ pub fn words(line: &str) -> Result<Vec<String>, Error> {
 }
 
 impl Started {
-    /// Starts a program, its input empty and its output kept.
+    /// Starts a program, its input empty and its output kept. It leads a process group of its own, so that what it starts in turn is
+    /// stopped with it.
     ///
     /// # Errors
     /// When there is no such program, or it may not be run.
@@ -67,6 +71,7 @@ impl Started {
         let (program, arguments) = words.split_first().expect("a command line has a word");
         let mut command = Command::new(program);
         command.args(arguments).stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        command.process_group(0);
         let mut child = command.spawn().map_err(|error| {
             Error::new(format!("cannot start {program:?}: {error}"))
                 .place("argument --controller")
@@ -95,11 +100,7 @@ impl Started {
             looks -= 1;
         }
         let was_stopped = !self.has_ended();
-        if was_stopped {
-            // It may have ended in between: then there is nothing to stop.
-            let _ = self.child.kill();
-            self.status = self.child.wait().ok();
-        }
+        self.kill();
         let code = self.status.and_then(|status| status.code());
         // A program that it started may hold the streams open: what came until now is kept.
         let readers = std::mem::take(&mut self.readers);
@@ -109,12 +110,22 @@ impl Started {
     }
 }
 
+impl Started {
+    /// Stops the program and whatever it has started.
+    fn kill(&mut self) {
+        if let Ok(leader) = i32::try_from(self.child.id()) {
+            // All of them may have ended in between: then there is nothing to stop.
+            let _ = killpg(Pid::from_raw(leader), Signal::SIGKILL);
+        }
+        if self.status.is_none() {
+            self.status = self.child.wait().ok();
+        }
+    }
+}
+
 impl Drop for Started {
     fn drop(&mut self) {
-        if !self.has_ended() {
-            let _ = self.child.kill();
-            let _ = self.child.wait();
-        }
+        self.kill();
     }
 }
 
@@ -153,5 +164,26 @@ mod tests {
         let ended = shell("exec sleep 1000").stop(Duration::ZERO);
         assert_eq!((ended.code, ended.was_stopped), (None, true));
         assert!(Started::start(&["./there-is-no-such-program".to_owned()]).is_err());
+    }
+
+    #[test]
+    fn what_it_started_is_stopped_with_it() {
+        let script = "sleep 1000 & echo $!; wait".to_owned();
+        let mut started = Started::start(&["sh".to_owned(), "-c".to_owned(), script]).unwrap();
+        let mut grandchild = String::new();
+        while !grandchild.ends_with('\n') {
+            assert!(!started.has_ended(), "it waits for what it started");
+            grandchild = String::from_utf8(started.output.lock().unwrap().clone()).unwrap();
+        }
+        started.stop(Duration::ZERO);
+        let about = format!("/proc/{}/stat", grandchild.trim());
+        // Nobody may have asked yet how it ended: then it is there as a zombie.
+        let is_gone = || std::fs::read_to_string(&about).map_or(true, |stat| stat.contains(") Z "));
+        let mut looks = 1000;
+        while !is_gone() && looks > 0 {
+            std::thread::sleep(LOOK);
+            looks -= 1;
+        }
+        assert!(is_gone(), "{:?}", std::fs::read_to_string(&about));
     }
 }

@@ -3,15 +3,19 @@
 use super::config::Cell;
 use super::controller::Controller;
 use super::faults::{Account, Faults, watched};
+use super::net_faults::NetFaults;
 use super::on_wire::OnWire;
-use super::virtual_cell::{Line, Packet, VirtualCell};
+use super::virtual_cell::{Line, Moment, Packet, VirtualCell};
 use crate::blocks;
 use crate::error::Error;
 use crate::model::{Chosen, Model};
 use crate::recording::Session;
 use crate::simulate;
+use drivers::fault::{Schedule, WireFault};
+use serde::Serialize;
 use sim_core::closed_loop::{Start, Stepped};
 use sim_core::effect::{Attached, Catalog};
+use sim_core::refusal::plain;
 use sim_core::rng::Streams;
 use sim_core::space::Axis;
 use sim_core::time::Nanos;
@@ -33,10 +37,19 @@ pub struct Answers {
     pub requests: Vec<Vec<u8>>,
     /// The other side is gone: the run ends after this cycle.
     pub gone: bool,
+    /// A signal asked for the end.
+    pub interrupted: bool,
 }
 
 /// Somebody at the other end of the wires.
 pub trait Peer {
+    /// Takes the faults that need sockets, before anything else.
+    ///
+    /// # Errors
+    /// When there is one, and this one has no sockets.
+    fn equip(&mut self, cell: &Cell, faults: NetFaults) -> Result<(), Error> {
+        faults.refused_in_process(cell)
+    }
     /// Makes the links, carries what the robot controllers send then, and brings what is asked before the first cycle.
     ///
     /// # Errors
@@ -46,7 +59,38 @@ pub trait Peer {
     ///
     /// # Errors
     /// When the wires fail.
-    fn exchange(&mut self, cycle: u64, packets: &[Packet], answers: &mut Answers) -> Result<(), Error>;
+    fn exchange(&mut self, moment: &Moment, packets: &[Packet], answers: &mut Answers) -> Result<(), Error>;
+    /// What the sockets saw, by class, and what came of the faults that need them.
+    fn account(&mut self) -> (BTreeMap<&'static str, u64>, Vec<FaultAccount>) {
+        Default::default()
+    }
+    /// What the drivers of the computer's side reported, by class, if they are in this process.
+    fn driver(&mut self) -> BTreeMap<String, u64> {
+        BTreeMap::new()
+    }
+}
+
+/// What came of a fault.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct FaultAccount {
+    /// Its name, and the stream of a fault of the wire.
+    pub fault: String,
+    /// How often it acted; of an effect, 1 if it ever changed anything.
+    pub acted: u64,
+    /// Number of the packet on which a fault of the wire acted first.
+    pub first: Option<u64>,
+}
+
+impl FaultAccount {
+    /// Of a fault of the wire.
+    pub(super) fn of(fault: &WireFault, schedule: &Schedule) -> Self {
+        let robot = fault.robot.as_ref().map(|robot| format!(" of {robot}")).unwrap_or_default();
+        FaultAccount {
+            fault: format!("{} on {}{robot}", fault.id(), fault.on.id()),
+            acted: schedule.acted(),
+            first: schedule.first(),
+        }
+    }
 }
 
 /// A controller in this process.
@@ -58,7 +102,7 @@ impl<C: Controller> Peer for InProcess<C> {
         greetings.iter().try_for_each(|packet| self.0.receive(packet.line, packet.at, &packet.bytes).map(drop))
     }
 
-    fn exchange(&mut self, _cycle: u64, packets: &[Packet], answers: &mut Answers) -> Result<(), Error> {
+    fn exchange(&mut self, _moment: &Moment, packets: &[Packet], answers: &mut Answers) -> Result<(), Error> {
         for packet in packets {
             let answer = self.0.receive(packet.line, packet.at, &packet.bytes)?;
             if let (Line::Robot(nth), Some(bytes)) = (packet.line, answer) {
@@ -69,6 +113,10 @@ impl<C: Controller> Peer for InProcess<C> {
         now.into_iter().for_each(|now| self.0.tick(now, &mut answers.requests));
         Ok(())
     }
+
+    fn driver(&mut self) -> BTreeMap<String, u64> {
+        std::mem::take(&mut self.0.events)
+    }
 }
 
 /// What a run left behind.
@@ -78,19 +126,32 @@ pub struct Ran {
     pub session: Session,
     /// Cycles that were run.
     pub cycles: u64,
+    /// Cycles that were to be run.
+    pub planned: u64,
     /// Cycles with an answer for the probe's robot.
     pub answered: u64,
+    /// The other side left before the end.
+    pub left: bool,
+    /// A signal ended it.
+    pub interrupted: bool,
     /// Robots that stopped, with what their controllers print.
     pub stops: Vec<(String, String)>,
-    /// Events of the robot controllers, by class.
+    /// Events of the robot controllers and of the cell's sockets, by class.
     pub events: BTreeMap<&'static str, u64>,
-    /// Faults that did nothing.
-    pub idle: Vec<String>,
+    /// What the drivers of the computer's side reported, by class, if they were in this process.
+    pub driver: BTreeMap<String, u64>,
+    /// What came of each fault.
+    pub faults: Vec<FaultAccount>,
     /// For each cycle, a hash of everything that was sent and answered.
     pub prints: Vec<u64>,
 }
 
 impl Ran {
+    /// Faults that did nothing.
+    pub fn idle(&self) -> Vec<String> {
+        self.faults.iter().filter(|one| one.acted == 0).map(|one| one.fault.clone()).collect()
+    }
+
     /// The first cycle in which two runs differ; runs of different length differ where the shorter one ends.
     pub fn first_difference(&self, other: &Ran) -> Option<u64> {
         let pairs = self.prints.iter().zip(&other.prints);
@@ -125,8 +186,9 @@ pub fn run(cell: &Cell, catalog: &Catalog<Axis>, options: &Options, peer: &mut d
     };
     let cycles = (options.duration_s / cell.config.time.cycle_s).round();
     if !(1.0..=1e9).contains(&cycles) {
-        let what = format!("a run of {} s has {cycles} cycles, outside [1, 1e9]", options.duration_s);
-        return Err(Error::new(what).place("the length of the run").help("give it in seconds"));
+        let (shown, cycle_s) = (plain(options.duration_s), cell.config.time.cycle_s);
+        let what = format!("a run of {shown} s is not between one cycle, {cycle_s} s, and a thousand million of them");
+        return Err(Error::new(what).place("argument --duration").help("give it in seconds of the cell's own time"));
     }
     let own = model.chosen(catalog);
     let (mut effects, mut accounts): (Vec<Attached<Axis>>, Vec<Account>) =
@@ -151,7 +213,11 @@ pub fn run(cell: &Cell, catalog: &Catalog<Axis>, options: &Options, peer: &mut d
         ran = Some(one.run(facility, peer));
     });
     let mut ran = ran.expect("the facility was handed over")?;
-    ran.idle.extend(accounts.iter().filter(|account| !account.acted()).map(|account| account.id.clone()));
+    ran.faults.extend(accounts.into_iter().map(|account| FaultAccount {
+        acted: u64::from(account.acted()),
+        fault: account.id,
+        first: None,
+    }));
     Ok(ran)
 }
 
@@ -169,12 +235,13 @@ impl Run<'_> {
         let mut cell = VirtualCell::new(self.cell, self.model, self.faults, &self.streams, facility)?;
         let (mut packets, mut answers, mut prints) = (Vec::new(), Answers::default(), Vec::new());
         let (probe, _) = self.cell.roles();
+        peer.equip(self.cell, NetFaults::of(self.cell, &self.faults.wire, &self.faults.places, &self.streams))?;
         peer.begin(&cell.greetings(), &mut answers)?;
-        let mut answered = 0;
+        let (mut answered, mut left) = (0, false);
         for cycle in 0..self.cycles {
             answers.requests.drain(..).for_each(|request| cell.request(&request, &mut packets));
             cell.begin(&mut packets);
-            peer.exchange(cycle, &packets, &mut answers)?;
+            peer.exchange(&cell.moment(), &packets, &mut answers)?;
             // Which socket is read first is nobody's business: answers count robot by robot, the probe's last.
             answers.replies.sort_by_key(|(nth, _)| (*nth == probe, *nth));
             let print = packets.iter().fold(SEED, |print, packet| hashed(print, &packet.bytes));
@@ -183,17 +250,24 @@ impl Run<'_> {
             answers.replies.drain(..).for_each(|(nth, bytes)| cell.reply(nth, &bytes));
             cell.end();
             packets.clear();
-            if answers.gone || cell.is_over() {
+            left = answers.gone && cycle + 1 < self.cycles && !cell.is_over();
+            if answers.gone || answers.interrupted || cell.is_over() {
                 break;
             }
         }
+        let (events, of_sockets) = peer.account();
+        cell.events.extend(events);
         let name = |(nth, why): (usize, String)| (self.cell.config.robots[nth].name.clone(), why);
         Ok(Ran {
             session: cell.log.session(self.model, self.cell, cell.touched, self.late_s),
             cycles: prints.len() as u64,
             answered,
+            planned: self.cycles,
+            left,
+            interrupted: answers.interrupted,
+            driver: peer.driver(),
             stops: cell.stops().into_iter().map(name).collect(),
-            idle: cell.idle(),
+            faults: [cell.faults(), of_sockets].concat(),
             events: std::mem::take(&mut cell.events),
             prints,
         })

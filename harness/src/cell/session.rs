@@ -2,7 +2,8 @@
 //!
 //! The log stands at the robot controllers and hears both directions: commands as they were sent, poses and readings as they
 //! arrived at the other side. Times are those of the cell: a command bears the time of the cycle that it answers, a reading the time
-//! at which it was taken. Twist is not on the wire, and so not in the session.
+//! at which it was taken. Twist is not on the wire, and so not in the session. The reported pose gets the noise of the read-out
+//! that the model declares, as in every session that is simulated here: the log has it, the loop does not feel it.
 
 use super::config::{Carries, Cell};
 use crate::error::Error;

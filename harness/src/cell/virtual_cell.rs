@@ -11,19 +11,21 @@ use super::config::{Cell, ModeName};
 use super::faults::Faults;
 use super::frames::{Places, Reported, recorded, relative};
 use super::parts::settings;
+use super::run::FaultAccount;
 use super::session::{Log, push};
 use crate::error::Error;
 use crate::model::Model;
 use crate::recording::Wrench;
 use crate::simulate;
-use drivers::fault::{Event, Faulty, Needs, Out, Robot, Schedule, Stream, WireFault, row};
+use drivers::fault::{self, Event, Faulty, Needs, Out, Robot, Schedule, WireFault, row};
 use drivers::ft::{self, AnyDevice, AnySensor, Device, Sensor};
 use drivers::rsi::{Controller, ControllerEvent, POSE, Telegram};
 use sim_core::closed_loop::Stepped;
-use sim_core::rng::Streams;
+use sim_core::rng::{Stream, Streams};
 use sim_core::space::{Axis, AxisMotion};
 use sim_core::time::Nanos;
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// Who a packet is from, or for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,6 +47,17 @@ pub struct Packet {
     pub bytes: Vec<u8>,
     /// Whether it is as it was sent and when: an answer to one that is not cannot be counted on.
     pub is_sound: bool,
+}
+
+/// Where a run is: what addresses of faults count.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Moment {
+    /// Number of the cycle.
+    pub cycle: u64,
+    /// Numbers of the samples since the cycle before.
+    pub samples: Range<u64>,
+    /// Whether probe and nozzle have touched.
+    pub touched: bool,
 }
 
 /// One robot's controller, its faults, and what was heard of it.
@@ -78,9 +91,15 @@ pub struct VirtualCell<'f> {
     /// Hears what arrives from the sensor, for the log.
     tap: AnySensor,
     across: [f64; 2],
+    /// Noise of the read-out, in the log and not on the wire: standard deviation, in m, and where it is drawn.
+    readout_sigma_m: f64,
+    readout: Stream,
+    /// Records of the sensor that were not there when the frames of their cycle went.
+    late: Vec<Packet>,
     now: Nanos,
     cycle: u64,
     samples: u64,
+    samples_before: u64,
     asked: u64,
     /// Whether probe and nozzle have touched.
     pub touched: bool,
@@ -119,13 +138,17 @@ impl<'f> VirtualCell<'f> {
             places,
             device: settings_of_sensor.device().map_err(refuse)?,
             weight_n: model.sensor.tool_mass_kg * crate::blocks::GRAVITY_M_PER_S2,
-            ft: stream(Stream::Ft),
-            requests: stream(Stream::FtRequest),
+            ft: stream(fault::Stream::Ft),
+            requests: stream(fault::Stream::FtRequest),
             tap: settings_of_sensor.sensor().map_err(refuse)?,
             across: [pose.position_m.x, pose.position_m.y],
+            readout_sigma_m: model.readout.position_sigma_m,
+            readout: streams.named("cell/readout"),
+            late: Vec::new(),
             now: Nanos(0),
             cycle: 0,
             samples: 0,
+            samples_before: 0,
             asked: 0,
             touched: false,
             log: Log::default(),
@@ -166,11 +189,12 @@ impl<'f> VirtualCell<'f> {
         let touches = reported.touch.iter().any(|touch| touch.depth_m > 0.0);
         let readings: Vec<(Nanos, f64)> =
             reported.sensor_time.iter().copied().zip(reported.sensed.iter().copied()).collect();
-        self.now = now;
+        (self.now, self.samples_before) = (now, self.samples);
         if touches && !self.touched {
             self.touched = true;
             self.happened(Event::FirstContact);
         }
+        out.append(&mut self.late);
         for (at, reading_n) in readings {
             self.sample(at, reading_n, out);
         }
@@ -178,6 +202,11 @@ impl<'f> VirtualCell<'f> {
             self.frame(nth, &measured, out);
         }
         self.hear(out);
+    }
+
+    /// Where the run is, after [`Self::begin`].
+    pub fn moment(&self) -> Moment {
+        Moment { cycle: self.cycle, samples: self.samples_before..self.samples, touched: self.touched }
     }
 
     fn happened(&mut self, event: Event) {
@@ -201,8 +230,12 @@ impl<'f> VirtualCell<'f> {
             None => self.ft.pass(self.samples, None, &mut arrived),
         }
         self.samples += 1;
-        let packet = |packet: Out| Packet { line: Line::Sensor, at, bytes: packet.bytes, is_sound: true };
-        out.extend(arrived.into_iter().map(packet));
+        for packet in arrived {
+            let at = at + packet.within;
+            let packet = Packet { line: Line::Sensor, at, bytes: packet.bytes, is_sound: true };
+            // What is not there when the frames go belongs to the next cycle.
+            if at > self.now { self.late.push(packet) } else { out.push(packet) }
+        }
     }
 
     fn frame(&mut self, nth: usize, measured: &AxisMotion, out: &mut Vec<Packet>) {
@@ -230,7 +263,7 @@ impl<'f> VirtualCell<'f> {
         let at = self.now;
         let packet = |packet: Out| {
             let is_sound = runs_on && packet.bytes == frame;
-            Packet { line: Line::Robot(nth), at, bytes: packet.bytes, is_sound }
+            Packet { line: Line::Robot(nth), at: at + packet.within, bytes: packet.bytes, is_sound }
         };
         out.extend(arrived.into_iter().map(packet));
     }
@@ -261,7 +294,9 @@ impl<'f> VirtualCell<'f> {
                     if nth == self.probe {
                         let nozzle = self.nozzle.map(|nozzle| &self.links[nozzle].reported);
                         let pose = self.places.relative(&self.links[nth].reported, nozzle);
-                        push(&mut self.log.measured, packet.at.0, recorded(&pose));
+                        let mut pose = recorded(&pose);
+                        pose.position_m[2] += self.readout_sigma_m * self.readout.normal();
+                        push(&mut self.log.measured, packet.at.0, pose);
                     }
                 }
             }
@@ -322,14 +357,16 @@ impl<'f> VirtualCell<'f> {
         self.links.iter().all(|link| link.controller.stopped().is_some())
     }
 
-    /// Wire faults that never acted, in the order of the streams.
-    pub fn idle(&self) -> Vec<String> {
+    /// What came of each fault of the wire that the links do, in the order of the streams.
+    pub fn faults(&self) -> Vec<FaultAccount> {
         let streams =
             self.links.iter().flat_map(|link| [&link.frames, &link.replies]).chain([&self.ft, &self.requests]);
-        let bytes = streams.flat_map(Faulty::never_acted);
-        let clocks = self.links.iter().flat_map(|link| &link.clock_faults);
-        let clocks = clocks.filter(|(_, schedule)| schedule.acted() == 0).map(|(fault, _)| fault);
-        bytes.chain(clocks).map(|fault| format!("{} on {}", fault.id(), fault.on.id())).collect()
+        let clocks = self.links.iter().flat_map(|link| &link.clock_faults).map(|(fault, schedule)| (fault, schedule));
+        streams
+            .flat_map(Faulty::faults)
+            .chain(clocks)
+            .map(|(fault, schedule)| FaultAccount::of(fault, schedule))
+            .collect()
     }
 }
 
@@ -363,9 +400,7 @@ fn link(cell: &Cell, nth: usize, faults: &Faults, streams: &Streams) -> Result<L
         if !here || row(fault.id(), fault.on).is_none_or(|row| row.needs != Needs::Controller) {
             continue;
         }
-        if let (drivers::fault::Action::IpocCrossing { wraps }, drivers::fault::At::Number(cycle)) =
-            (&fault.action, fault.at)
-        {
+        if let (fault::Action::IpocCrossing { wraps }, fault::At::Number(cycle)) = (&fault.action, fault.at) {
             settings.cross_at(cycle, *wraps);
         }
         clock_faults.push((fault.clone(), Schedule::new(fault, index, streams)));
@@ -375,8 +410,8 @@ fn link(cell: &Cell, nth: usize, faults: &Faults, streams: &Streams) -> Result<L
         controller: Controller::new(settings, robot.start_mm_deg, [0.0; 6]),
         mode: robot.mode,
         correction: robot.correction.clone(),
-        frames: stream(Stream::RsiFrame),
-        replies: stream(Stream::RsiReply),
+        frames: stream(fault::Stream::RsiFrame),
+        replies: stream(fault::Stream::RsiReply),
         clock_faults,
         inbox: Vec::new(),
         answered: false,

@@ -3,7 +3,7 @@
 //! | time | when a cycle ends |
 //! |---|---|
 //! | virtual | when every robot that was sent a frame has its answer; after `patience` without one, that answer counts as missing |
-//! | virtual, and a fault has changed a frame | the same, but after at most 50 ms: such a frame may have no answer |
+//! | virtual, and a fault has changed a frame or closed a port | the same, but after at most 50 ms: there may be no answer |
 //! | real | at its end, a cycle after the last one, whatever came |
 //!
 //! Within a cycle the F/T packets are sent before the frames. A datagram on loopback is in the receiver's socket when the call that
@@ -14,14 +14,21 @@
 
 use super::clock::WallClock;
 use super::config::Cell;
+use super::intruder::{Intruder, Sockets};
 use super::link::{Calling, failed};
+use super::net_faults::NetFaults;
+use super::page_server::PageServer;
 use super::process::Started;
-use super::run::{Answers, Peer};
-use super::virtual_cell::{Line, Packet};
+use super::run::{Answers, FaultAccount, Peer};
+use super::virtual_cell::{Line, Moment, Packet};
 use crate::error::Error;
-use drivers::net::{Arrival, Endpoint, Lock, NetError, wait};
+use drivers::fault::Stream;
+use drivers::ft::{AnyDevice, Device as _};
+use drivers::net::{Arrival, Clock, Endpoint, Lock, NetError, wait};
 use drivers::rsi::{Frames, Transport, split};
+use serde::Serialize;
 use sim_core::time::Nanos;
+use std::collections::BTreeMap;
 use std::net::SocketAddr;
 use std::os::fd::AsFd;
 use std::time::Duration;
@@ -49,7 +56,7 @@ pub enum Pace {
 }
 
 /// How well the time was kept.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Timing {
     /// Cycles that were sent.
     pub cycles: u64,
@@ -72,21 +79,23 @@ pub struct Addresses {
     pub robots: Vec<SocketAddr>,
     /// Where the sensor is.
     pub sensor: SocketAddr,
+    /// Where its page is, if it has one.
+    pub page: Option<SocketAddr>,
 }
 
 impl Addresses {
     /// As the cell says them.
     pub fn of(cell: &Cell) -> Self {
         let robots = cell.config.robots.iter().map(|robot| robot.listen).collect();
-        Addresses { robots, sensor: cell.config.sensor.address }
+        Addresses { robots, sensor: cell.config.sensor.address, page: cell.config.sensor.page }
     }
 }
 
 /// One robot's link. Over TCP documents go into a stream and are cut out of one.
-struct Robot {
+pub(super) struct Robot {
     name: String,
-    address: SocketAddr,
-    link: Calling,
+    pub(super) address: SocketAddr,
+    pub(super) link: Calling,
     /// What is said and what is heard; the form of the length before a document is the controller's own, whatever is heard.
     streams: Option<[Frames; 2]>,
     has_length: bool,
@@ -106,7 +115,7 @@ impl Robot {
     }
 
     /// A packet as it goes on the wire.
-    fn framed(&self, packet: &[u8]) -> Vec<u8> {
+    pub(super) fn framed(&self, packet: &[u8]) -> Vec<u8> {
         let Some([said, _]) = self.streams.as_ref().filter(|_| self.has_length) else { return packet.to_vec() };
         let documents: Result<Vec<_>, _> = split(packet).into_iter().collect();
         // What a fault has made of it is no document: it goes as it is, with its own length.
@@ -125,11 +134,16 @@ impl Robot {
 pub struct Wires {
     robots: Vec<Robot>,
     sensor: Endpoint,
+    page: Option<PageServer>,
+    intruder: Intruder,
     clock: WallClock,
     pace: Pace,
     /// How long to wait for the controller to come.
     ready: Duration,
     child: Option<Started>,
+    ends: Box<dyn Fn() -> bool + Send>,
+    /// Tells a request from noise.
+    device: Option<AnyDevice>,
     begun: Option<Nanos>,
     waited_ns: i64,
     arrivals: Vec<Arrival>,
@@ -149,10 +163,14 @@ impl Wires {
         Ok(Wires {
             robots,
             sensor,
+            page: addresses.page.map(PageServer::bind).transpose()?,
+            intruder: Intruder::default(),
             clock: WallClock::new(),
             pace,
             ready,
             child: None,
+            ends: Box::new(|| false),
+            device: None,
             begun: None,
             waited_ns: 0,
             arrivals: Vec::new(),
@@ -165,9 +183,19 @@ impl Wires {
         self.sensor.local()
     }
 
+    /// Where its page really is.
+    pub fn page(&self) -> Option<SocketAddr> {
+        self.page.as_ref().map(PageServer::local)
+    }
+
     /// Watches this program: when it ends, the run does.
     pub fn watch(&mut self, child: Started) {
         self.child = Some(child);
+    }
+
+    /// Ends the run when this says so.
+    pub fn end_when(&mut self, ends: impl Fn() -> bool + Send + 'static) {
+        self.ends = Box::new(ends);
     }
 
     /// The program that was watched.
@@ -179,7 +207,8 @@ impl Wires {
     fn look(&mut self, limit: Duration, answers: &mut Answers) -> Result<(), Error> {
         let before = self.clock.now();
         let robots = self.robots.iter().filter_map(|robot| robot.link.socket());
-        let sockets: Vec<&dyn AsFd> = robots.chain([&self.sensor as &dyn AsFd]).collect();
+        let page = self.page.iter().map(|page| page.listener() as &dyn AsFd);
+        let sockets: Vec<&dyn AsFd> = robots.chain([&self.sensor as &dyn AsFd]).chain(page).collect();
         wait(&sockets, limit.min(LOOK)).map_err(|error| Error::new(format!("cannot wait for the sockets: {error}")))?;
         self.waited_ns += (self.clock.now() - before).0;
         let clock = self.clock;
@@ -189,24 +218,66 @@ impl Wires {
             for arrival in self.arrivals.drain(..) {
                 match arrival {
                     Arrival::Bytes { bytes, .. } => {
-                        answers.replies.extend(robot.answers(bytes).into_iter().map(|answer| (nth, answer)));
+                        let heard = robot.answers(bytes).into_iter().filter(|answer| self.intruder.hears(nth, answer));
+                        answers.replies.extend(heard.map(|answer| (nth, answer)));
                     }
+                    Arrival::Stranger { .. } => self.intruder.heard_stranger(),
                     // Nobody is there any more.
                     Arrival::Unreachable { .. } | Arrival::Closed { .. } => answers.gone = true,
                     _ => {}
                 }
             }
         }
-        self.sensor.receive(&now, &mut |bytes| !bytes.is_empty(), &mut self.arrivals).map_err(failed)?;
-        for arrival in self.arrivals.drain(..) {
-            if let Arrival::Bytes { bytes, .. } = arrival {
+        let mut is_request = |bytes: &[u8]| self.device.as_ref().is_some_and(|device| device.is_request(bytes));
+        self.sensor.receive(&now, &mut is_request, &mut self.arrivals).map_err(failed)?;
+        for arrival in std::mem::take(&mut self.arrivals) {
+            let (bytes, from) = match arrival {
+                Arrival::Bytes { bytes, from, .. } => (bytes, from),
+                Arrival::Stranger { .. } | Arrival::Invalid { .. } => {
+                    self.intruder.heard_stranger();
+                    continue;
+                }
+                _ => continue,
+            };
+            let (intruder, mut sockets) = self.disturbed(&now);
+            if intruder.asked(from, &bytes, &mut sockets)? {
                 answers.requests.push(bytes);
             }
+        }
+        let (intruder, mut sockets) = self.disturbed(&now);
+        intruder.tick(&mut sockets)?;
+        if let Some(page) = &mut self.page {
+            page.look(&now, &mut |number| self.intruder.faults.request(Stream::Http, number))?;
         }
         if self.child.as_mut().is_some_and(|child| child.has_ended()) {
             answers.gone = true;
         }
+        answers.interrupted |= (self.ends)();
         Ok(())
+    }
+
+    fn disturbed<'s>(&'s mut self, clock: Clock<'s>) -> (&'s mut Intruder, Sockets<'s>) {
+        let Wires { intruder, robots, sensor, .. } = self;
+        (intruder, Sockets { clock, robots, sensor })
+    }
+
+    /// What faults do before the packets of this moment are sent.
+    fn disturb(&mut self, moment: &Moment, packets: &[Packet], answers: &mut Answers) -> Result<(), Error> {
+        let clock = self.clock;
+        let now = || clock.now();
+        let (intruder, mut sockets) = self.disturbed(&now);
+        intruder.open(&mut sockets)?;
+        let steals = intruder.steals(moment, &mut sockets)?;
+        if let Pace::Virtual { patience } = self.pace {
+            let end = clock.now() + nanos(patience);
+            // Time stands still until the thief's request is here, or the computer has noticed and asks again.
+            while self.intruder.awaits_request() != steals && clock.now() < end && !answers.gone && !answers.interrupted
+            {
+                self.look(LOOK, answers)?;
+            }
+        }
+        let (intruder, mut sockets) = self.disturbed(&now);
+        intruder.disturb(moment, packets, &mut sockets)
     }
 
     fn send(&mut self, packet: &Packet) -> Result<(), Error> {
@@ -230,7 +301,7 @@ impl Wires {
         for nth in 0..self.robots.len() {
             while let Err(error) = self.robots[nth].link.connect(CONNECT) {
                 let Robot { name, address, .. } = &self.robots[nth];
-                if answers.gone {
+                if answers.gone || answers.interrupted {
                     return Err(Error::new(format!("the controller ended before it listened at {address} for {name}"))
                         .place("argument --controller")
                         .help("its own output says why"));
@@ -247,22 +318,23 @@ impl Wires {
         Ok(())
     }
 
-    /// Waits until every robot in `expected` has an answer, or until the end of the cycle.
-    fn collect(&mut self, sent: Nanos, end: Nanos, expected: &mut [bool], answers: &mut Answers) -> Result<(), Error> {
+    /// Waits until every robot has as many answers as it sent frames, or until the end of the cycle.
+    fn collect(&mut self, sent: Nanos, end: Nanos, expected: &mut [u64], answers: &mut Answers) -> Result<(), Error> {
         let mut seen = answers.replies.len();
         loop {
             let now = self.clock.now();
             for (nth, _) in &answers.replies[seen..] {
-                if std::mem::take(&mut expected[*nth]) {
+                if expected[*nth] > 0 {
+                    expected[*nth] -= 1;
                     let took_ns = (now - sent).0;
                     let (count, [sum_ns, most_ns]) = self.timing.answers;
                     self.timing.answers = (count + 1, [sum_ns + took_ns, most_ns.max(took_ns)]);
                 }
             }
             seen = answers.replies.len();
-            let is_done = matches!(self.pace, Pace::Virtual { .. }) && !expected.contains(&true);
-            if is_done || answers.gone || now >= end {
-                self.timing.missing += expected.iter().filter(|missing| **missing).count() as u64;
+            let is_done = matches!(self.pace, Pace::Virtual { .. }) && expected.iter().all(|missing| *missing == 0);
+            if is_done || answers.gone || answers.interrupted || now >= end {
+                self.timing.missing += expected.iter().sum::<u64>();
                 return Ok(());
             }
             self.look(Duration::from_nanos((end - now).0.unsigned_abs()), answers)?;
@@ -270,10 +342,31 @@ impl Wires {
     }
 }
 
+fn nanos(time: Duration) -> Nanos {
+    Nanos(i64::try_from(time.as_nanos()).unwrap_or(i64::MAX / 2))
+}
+
 impl Peer for Wires {
+    fn equip(&mut self, cell: &Cell, faults: NetFaults) -> Result<(), Error> {
+        if let Some(page) = &mut self.page {
+            page.show(cell.sensor()?.page().map_err(|error| cell.sensor_error(&error))?);
+        }
+        self.device = Some(cell.sensor()?.device().map_err(|error| cell.sensor_error(&error))?);
+        self.intruder = Intruder::default();
+        self.intruder.faults = faults;
+        Ok(())
+    }
+
+    fn account(&mut self) -> (BTreeMap<&'static str, u64>, Vec<FaultAccount>) {
+        (std::mem::take(&mut self.intruder.events), self.intruder.faults.accounts())
+    }
+
     fn begin(&mut self, greetings: &[Packet], answers: &mut Answers) -> Result<(), Error> {
-        let limit = Nanos(i64::try_from(self.ready.as_nanos()).unwrap_or(i64::MAX));
+        let limit = nanos(self.ready);
         while answers.requests.is_empty() {
+            if answers.interrupted {
+                return Err(Error::new("ended by a signal before a controller came"));
+            }
             if answers.gone {
                 return Err(Error::new("the controller ended before it asked for the sensor's stream")
                     .place("argument --controller")
@@ -291,15 +384,23 @@ impl Peer for Wires {
         greetings.iter().try_for_each(|packet| self.send(packet))
     }
 
-    fn exchange(&mut self, cycle: u64, packets: &[Packet], answers: &mut Answers) -> Result<(), Error> {
-        let begun = *self.begun.get_or_insert_with(|| self.clock.now());
-        let mut expected = vec![false; self.robots.len()];
+    fn exchange(&mut self, moment: &Moment, packets: &[Packet], answers: &mut Answers) -> Result<(), Error> {
+        self.disturb(moment, packets, answers)?;
+        let cycle = moment.cycle;
+        let begun = match self.begun {
+            Some(begun) => begun,
+            None => {
+                self.waited_ns = 0;
+                *self.begun.insert(self.clock.now())
+            }
+        };
+        let mut expected = vec![0; self.robots.len()];
         let now = self.clock.now();
         let end = match self.pace {
             Pace::Virtual { patience } => {
-                let is_sound = packets.iter().all(|packet| packet.is_sound);
+                let is_sound = packets.iter().all(|packet| packet.is_sound) && !self.intruder.is_in_doubt();
                 let limit = if is_sound { patience } else { patience.min(DOUBT) };
-                now + Nanos(i64::try_from(limit.as_nanos()).unwrap_or(i64::MAX / 2))
+                now + nanos(limit)
             }
             Pace::Real(period) => {
                 let late_ns = (now - begun).0 - cycle as i64 * period.0;
@@ -311,7 +412,7 @@ impl Peer for Wires {
         for packet in packets {
             self.send(packet)?;
             if let Line::Robot(nth) = packet.line {
-                expected[nth] = true;
+                expected[nth] += 1;
             }
         }
         self.collect(now, end, &mut expected, answers)?;

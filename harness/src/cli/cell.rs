@@ -2,17 +2,20 @@
 
 use super::console::Console;
 use super::inputs;
+use super::interrupt::Interrupt;
 use super::outcome::Exit;
 use super::run::did_nothing;
 use crate::cell::run::{Options, Ran, run};
 use crate::cell::wires::{Addresses, Pace, Timing, Wires};
-use crate::cell::{Cell, session};
+use crate::cell::{Cell, fault_list, session};
 use crate::error::Error;
 use crate::files::write_whole;
 use clap::Args;
+use drivers::rsi::Transport;
 use sim_core::effect::Catalog;
 use sim_core::space::Axis;
 use sim_core::time::Nanos;
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -43,6 +46,9 @@ pub struct Running {
     /// Draw noise and faults from this seed instead of the cell's.
     #[arg(long, value_parser = inputs::seed)]
     pub seed: Option<u64>,
+    /// Save what happened as JSON; `-` prints it instead of the text.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
 }
 
 /// How real sockets are served.
@@ -67,6 +73,12 @@ pub struct Arguments {
     running: Running,
     #[command(flatten)]
     timed: Timed,
+    /// Save the cell, its model and its Ethernet configurations to a folder, to be changed there; nothing is run.
+    #[arg(long, value_name = "FOLDER")]
+    extract: Option<PathBuf>,
+    /// List the faults of the wire with their parameters, and end.
+    #[arg(long, exclusive = true)]
+    list_faults: bool,
 }
 
 impl Running {
@@ -98,15 +110,43 @@ impl Running {
     }
 
     /// Says how a run ended, saves it, and gives its exit code.
-    pub fn ended(&self, cell: &Cell, ran: &Ran, console: &mut Console<'_>) -> Result<Exit, Error> {
-        console.print(&summary(ran));
-        if !ran.idle.is_empty() {
-            console.error(&did_nothing(&ran.idle, "[[fault]]").file(&cell.source.file));
-            return Ok(Exit::Idle);
+    pub fn ended(
+        &self,
+        cell: &Cell,
+        ran: &Ran,
+        timing: Option<&Timing>,
+        complaint: Option<&Error>,
+        console: &mut Console<'_>,
+    ) -> Result<Exit, Error> {
+        if self.json.as_ref().is_none_or(|path| path.as_os_str() != "-") {
+            timing.iter().for_each(|timing| console.print(&kept(timing, cell.config.time.cycle_s)));
+            console.print(&summary(ran));
         }
         if let Some(path) = &self.output {
             write_whole(path, &session::mcap(&ran.session, cell)?)?;
-            console.print(&format!("{}: written\n", path.display()));
+            console.say(&format!("{}: written\n", path.display()));
+        }
+        if let Some(path) = &self.json {
+            console.save(path, &format!("{:#}\n", json(ran, timing)))?;
+        }
+        if let Some(complaint) = complaint {
+            console.error(complaint);
+            return Ok(Exit::Failed);
+        }
+        if ran.left {
+            let what = format!("the controller left in cycle {} of {}", ran.cycles, ran.planned);
+            let help = "a controller answers until no frame comes any more; of two robots, both ports must be bound";
+            console.error(&Error::new(what).help(help));
+            return Ok(Exit::Failed);
+        }
+        let idle = ran.idle();
+        if !idle.is_empty() {
+            console.error(&did_nothing(&idle, "[[fault]]").file(&cell.source.file));
+            return Ok(Exit::Idle);
+        }
+        if ran.interrupted {
+            console.say(&format!("ended by a signal in cycle {} of {}\n", ran.cycles, ran.planned));
+            return Ok(Exit::Undecided);
         }
         Ok(if ran.stops.is_empty() { Exit::Pass } else { Exit::Failed })
     }
@@ -130,31 +170,112 @@ impl Timed {
 impl Arguments {
     /// Does what was asked for.
     pub fn run(&self, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Exit, Error> {
+        if self.list_faults {
+            console.print(&fault_list::text());
+            return Ok(Exit::Pass);
+        }
+        if let Some(folder) = &self.extract {
+            return self.extract(folder, console);
+        }
         let cell = self.running.read()?;
         // What is wrong with the cell is said before anybody is waited for.
         cell.model(catalog)?;
         let addresses = Addresses::of(&cell);
         let mut wires = Wires::bind(&cell, &addresses, self.timed.pace(&cell), self.timed.ready())?;
-        let robots: Vec<String> = addresses.robots.iter().map(ToString::to_string).collect();
-        console.say(&format!("sensor at {}; frames go to {}\n", wires.sensor(), robots.join(" and ")));
+        let robots: Vec<String> = addresses
+            .robots
+            .iter()
+            .enumerate()
+            .map(|(nth, robot)| told(&cell, nth, *robot))
+            .collect::<Result<_, _>>()?;
+        let page = wires.page().map(|page| format!(", its page at {page}")).unwrap_or_default();
+        console.say(&format!("sensor at {}{page}; frames go to {}\n", wires.sensor(), robots.join(" and ")));
+        let interrupt = Interrupt::watch()?;
+        wires.end_when(move || interrupt.asked());
         let ran = run(&cell, catalog, &self.running.options(), &mut wires)?;
-        if self.timed.real_time {
-            console.print(&kept(&wires.timing, cell.config.time.cycle_s));
+        let timing = self.timed.real_time.then_some(&wires.timing);
+        self.running.ended(&cell, &ran, timing, None, console)
+    }
+}
+
+/// Where a robot's frames go, and how.
+fn told(cell: &Cell, nth: usize, address: SocketAddr) -> Result<String, Error> {
+    Ok(match cell.ethernet(nth)?.protocol {
+        Transport::Udp => address.to_string(),
+        Transport::Tcp => format!("{address} over TCP"),
+    })
+}
+
+impl Arguments {
+    fn extract(&self, folder: &Path, console: &mut Console<'_>) -> Result<Exit, Error> {
+        let cell = Cell::find(&self.running.cell)?;
+        let name = cell.source.file.file_name().unwrap_or_default();
+        let beside = cell.config.robots.iter().map(|robot| robot.rsi.as_str()).zip(&cell.rsi);
+        let mut files = vec![(folder.join(name), &cell.source)];
+        files.extend(
+            [(cell.config.model.as_str(), &cell.model)]
+                .into_iter()
+                .chain(beside)
+                .map(|(path, text)| (folder.join(path), text)),
+        );
+        files.dedup_by(|a, b| a.0 == b.0);
+        for (path, from) in &files {
+            let parent = path.parent().unwrap_or(folder);
+            std::fs::create_dir_all(parent).map_err(|error| {
+                Error::new(format!("cannot make the folder: {error}"))
+                    .file(parent)
+                    .help("name another one after --extract")
+            })?;
+            inputs::not_read(path, [&from.file].into_iter())?;
+            inputs::writable_new(path, self.running.force)?;
         }
-        self.running.ended(&cell, &ran, console)
+        for (path, from) in &files {
+            write_whole(path, from.text.as_bytes())?;
+            console.print(&format!("{}: written\n", path.display()));
+        }
+        Ok(Exit::Pass)
     }
 }
 
 /// What a run did, in a few lines.
 fn summary(ran: &Ran) -> String {
     let mut text = format!("{} cycles, {} answered, exchange {}\n", ran.cycles, ran.answered, ran.fingerprint());
-    for (class, count) in &ran.events {
-        text.push_str(&format!("{class}: {count}\n"));
+    for one in &ran.faults {
+        let first = one.first.map(|first| format!(", first on packet {first}")).unwrap_or_default();
+        let times = if one.acted == 1 { "time" } else { "times" };
+        text.push_str(&format!("fault {}: acted {} {times}{first}\n", one.fault, one.acted));
+    }
+    let cell = ran.events.iter().map(|(class, count)| (*class, count));
+    let driver = ran.driver.iter().map(|(class, count)| (class.as_str(), count));
+    for (who, class, count) in
+        cell.map(|(class, count)| ("cell", class, count)).chain(driver.map(|(class, count)| ("driver", class, count)))
+    {
+        text.push_str(&format!("{who} {class}: {count}\n"));
     }
     for (robot, why) in &ran.stops {
         text.push_str(&format!("{robot}: {why}\n"));
     }
     text
+}
+
+/// The same as data.
+fn json(ran: &Ran, timing: Option<&Timing>) -> serde_json::Value {
+    let stops: Vec<_> =
+        ran.stops.iter().map(|(robot, why)| serde_json::json!({ "robot": robot, "why": why })).collect();
+    serde_json::json!({
+        "schema": 1,
+        "cycles": ran.cycles,
+        "planned": ran.planned,
+        "answered": ran.answered,
+        "exchange": ran.fingerprint(),
+        "left_early": ran.left,
+        "interrupted": ran.interrupted,
+        "stops": stops,
+        "cell_events": ran.events,
+        "driver_events": ran.driver,
+        "faults": ran.faults,
+        "real_time": timing,
+    })
 }
 
 /// How well real time was kept.

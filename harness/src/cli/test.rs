@@ -1,7 +1,8 @@
 //! `dockhil test`: a controller under test against the virtual cell: started, watched, stopped, its output kept.
 
-use super::cell::{Running, Timed, kept, named};
+use super::cell::{Running, Timed, named};
 use super::console::Console;
+use super::interrupt::Interrupt;
 use super::outcome::Exit;
 use crate::cell::Cell;
 use crate::cell::controller::{Reference, Task};
@@ -26,7 +27,8 @@ const REFERENCE: &str = "reference";
 #[derive(Debug, Args)]
 pub struct Arguments {
     /// The program to start, or `reference` for the one inside. `{rsi}` becomes the address where it is to be bound for the first
-    /// robot, `{rsi2}` for the second, `{ft}` the address of the sensor, `{cell}` the path of the cell.
+    /// robot, `{rsi2}` for the second, `{ft}` the address of the sensor, `{page}` that of its page, `{cell}` the path of the cell,
+    /// `{position}` and `{velocity}` where and how fast the run begins along z, in m and m/s.
     #[arg(long, value_name = "COMMAND")]
     controller: String,
     #[command(flatten)]
@@ -36,51 +38,84 @@ pub struct Arguments {
     /// Run it twice, and name the first cycle that differs.
     #[arg(long, conflicts_with = "real_time")]
     twice: bool,
-    /// What the reference controller does.
-    #[arg(long, value_enum, default_value_t)]
-    task: Task,
+    /// What the reference controller inside does; `dock` if nothing is said.
+    #[arg(long, value_enum)]
+    task: Option<Task>,
+}
+
+/// What came of one run of a controller.
+struct Tested {
+    ran: Ran,
+    timing: Option<Timing>,
+    /// The program failed by itself.
+    complaint: Option<Error>,
 }
 
 impl Arguments {
     /// Does what was asked for.
     pub fn run(&self, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Exit, Error> {
+        let is_inside = self.controller.trim() == REFERENCE;
+        let refusal = match () {
+            () if is_inside && self.timed.real_time => Some((
+                "--real-time needs a program",
+                "use --controller 'dockhil-controller --cell {cell} --rsi {rsi} --ft {ft}'",
+            )),
+            () if !is_inside && self.task.is_some() => {
+                Some(("--task is for the reference inside", "give the task to the program in its own command"))
+            }
+            () => None,
+        };
+        if let Some((what, help)) = refusal {
+            return Err(Error::new(what).place("argument --controller").help(help));
+        }
         let cell = self.running.read()?;
         cell.model(catalog)?;
-        let ran = self.once(&cell, catalog, console)?;
-        if self.twice {
+        let starts =
+            [("{position}", "--position", self.running.position), ("{velocity}", "--velocity", self.running.velocity)];
+        for (key, flag, _) in starts.iter().filter(|(key, _, given)| given.is_some() && !self.controller.contains(key))
+        {
+            if !is_inside {
+                console.say(&format!(
+                    "{flag} is where the cell begins; the program is told only where its command has {key}\n"
+                ));
+            }
+        }
+        let tested = self.once(&cell, catalog, console)?;
+        if self.twice && tested.complaint.is_none() {
             let again = self.once(&cell, catalog, console)?;
-            if let Some(cycle) = ran.first_difference(&again) {
+            if let Some(cycle) = tested.ran.first_difference(&again.ran) {
                 let what = format!("two runs of the controller differ, first in cycle {cycle}");
                 let help =
                     "the cell is the same both times: look for a clock, a random number or a race in the controller";
                 console.error(&Error::new(what).place("argument --twice").help(help));
                 return Ok(Exit::Diverged);
             }
-            console.print("two runs are the same, bit for bit\n");
+            console.say("two runs are the same, bit for bit\n");
         }
-        self.running.ended(&cell, &ran, console)
+        self.running.ended(&cell, &tested.ran, tested.timing.as_ref(), tested.complaint.as_ref(), console)
     }
 
-    fn once(&self, cell: &Cell, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Ran, Error> {
+    fn once(&self, cell: &Cell, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Tested, Error> {
         let options = self.running.options();
         if self.controller.trim() == REFERENCE {
-            return in_process(cell, catalog, &options, self.task);
+            let ran = in_process(cell, catalog, &options, self.task.unwrap_or_default())?;
+            return Ok(Tested { ran, timing: None, complaint: None });
         }
         let (ran, timing, ended) = self.external(cell, catalog, &options)?;
-        if self.timed.real_time {
-            console.print(&kept(&timing, cell.config.time.cycle_s));
-        }
         if !ended.output.is_empty() {
             console.say(&format!("the controller printed:\n{}\n", ended.output.trim_end()));
         }
-        match ran {
-            Ok(ran) if ended.code.is_some_and(|code| code != 0) && !ended.was_stopped => {
-                let what =
-                    format!("the controller ended with code {} in cycle {}", ended.code.unwrap_or(0), ran.cycles);
-                Err(Error::new(what).place("argument --controller").help("its output is above"))
-            }
-            ran => ran,
-        }
+        let code = ended.code.filter(|code| *code != 0 && !ended.was_stopped);
+        let with_code = |error: Error| match code {
+            Some(code) => error.help(format!("it ended with code {code}; its output is above")),
+            None => error,
+        };
+        let ran = ran.map_err(with_code)?;
+        let complaint = code.map(|code| {
+            let what = format!("the controller ended with code {code} in cycle {} of {}", ran.cycles, ran.planned);
+            Error::new(what).place("argument --controller").help("its output is above")
+        });
+        Ok(Tested { ran, timing: self.timed.real_time.then_some(timing), complaint })
     }
 
     fn external(
@@ -99,11 +134,20 @@ impl Arguments {
         if self.controller.contains("{ft}") {
             addresses.sensor.set_port(0);
         }
+        if let (true, Some(page)) = (self.controller.contains("{page}"), &mut addresses.page) {
+            page.set_port(0);
+        }
         let mut wires = Wires::bind(cell, &addresses, self.timed.pace(cell), self.timed.ready())?;
         let mut values = vec![("{ft}", wires.sensor().to_string()), ("{cell}", named(&self.running.cell))];
         for (key, address) in ["{rsi}", "{rsi2}"].into_iter().zip(&addresses.robots) {
             values.push((key, address.to_string()));
         }
+        values.extend(wires.page().map(|page| ("{page}", page.to_string())));
+        let first = cell.first()?;
+        values.push(("{position}", first.position_m.to_string()));
+        values.push(("{velocity}", first.velocity_m_per_s.to_string()));
+        let interrupt = Interrupt::watch()?;
+        wires.end_when(move || interrupt.asked());
         let filled = |word: &String| values.iter().fold(word.clone(), |word, (key, value)| word.replace(key, value));
         let words: Vec<String> = words(&self.controller)?.iter().map(filled).collect();
         wires.watch(Started::start(&words)?);

@@ -87,6 +87,8 @@ pub struct BaseParameter {
     pub sd: f64,
     /// Whether it is off by more than its uncertainty and the declared repeatability.
     pub wrong: bool,
+    /// The effect that these recordings cannot tell from a wrong value.
+    pub looks_like: Option<&'static str>,
 }
 
 /// A recording, and what was found in it.

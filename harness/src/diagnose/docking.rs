@@ -169,7 +169,7 @@ fn conclude(
     let nominal = Trial { base: Base::of(request.model), effects: fit.trial.effects[..given].to_vec() };
     let before = blocks_before(request, prepared, problem, &nominal);
     let after = quality::all_blocks(problem, &fit.trial, &fit.nuisances);
-    let mut base_parameters = verdict::base_parameters(request.model, found, prepared.shared.mass_kg);
+    let mut base_parameters = verdict::base_parameters(request.model, &found.best.fit, prepared.shared.mass_kg);
     if prepared.shared.convention.is_some() {
         base_parameters.values_mut().for_each(|base| base.wrong = false);
     }

@@ -12,6 +12,9 @@ pub struct Rules {
     pub gain_min: f64,
     /// Sets whose left-out recordings differ by no more than this tell them equally well.
     pub tie_max: f64,
+    /// Share of the leader's gain up to which an effect goes first that leaves the contact as the model has it, where the leader
+    /// does not: far below what a wrong form of a law costs.
+    pub simpler_share: f64,
     /// A total gain beyond doubt (5 σ), wherever it comes from, once no recording speaks against it.
     pub gain_certain: f64,
     /// Share of the gains that recordings may lose together: as long as a second effect is missing, the first one costs a little
@@ -39,6 +42,7 @@ impl Default for Rules {
             finalists: 6,
             gain_min: 12.0,
             tie_max: 6.0,
+            simpler_share: 1e-3,
             gain_certain: 25.0,
             loss_share: 0.02,
             shadow_gain: 0.5,

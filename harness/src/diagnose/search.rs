@@ -7,6 +7,7 @@
 use super::fit::{Fit, Signature, fit, fit_without, predictive, signature};
 use super::problem::{Knob, Problem, Scratch, Trial};
 pub use super::rules::Rules;
+use super::verdict::denies_model;
 use crate::model::{Chosen, RigKind};
 use rayon::prelude::*;
 use sim_core::effect::{Catalog, Kind, Where};
@@ -228,12 +229,14 @@ impl<'a> Search<'a> {
             ranking[*row].gains = tried.gains_over(current);
         }
         finalists.sort_by(|a, b| a.1.total().total_cmp(&b.1.total()));
-        let order = |finalist: &(usize, Tried)| (finalist.1.fit.knobs.len(), finalist.1.total());
-        let lead = finalists.first().map(|(_, tried)| tried.total());
-        // Among those that tell the recordings equally well the one with fewer parameters goes first.
-        let pick = lead.and_then(|lead| {
-            let near = finalists.iter().filter(|(_, tried)| tried.total() - lead <= self.rules.tie_max);
-            near.min_by(|a, b| order(a).0.cmp(&order(b).0).then(order(a).1.total_cmp(&order(b).1)))
+        // Among those that tell the recordings equally well the one that leaves the contact as the model has it goes first, then
+        // the one with fewer parameters.
+        let pick = finalists.first().and_then(|(_, lead)| {
+            let order = |tried: &Tried| (self.denies_model(tried), tried.fit.knobs.len());
+            let near = finalists.iter().filter(|(_, tried)| {
+                tried.total() - lead.total() <= self.rules.tie_max || self.is_simpler(tried, lead, current)
+            });
+            near.min_by(|(_, a), (_, b)| order(a).cmp(&order(b)).then(a.total().total_cmp(&b.total())))
         });
         let mut next = None;
         if let Some((row, tried)) = pick {
@@ -244,6 +247,19 @@ impl<'a> Search<'a> {
             }
         }
         (ranking, next)
+    }
+
+    fn denies_model(&self, tried: &Tried) -> bool {
+        denies_model(&self.problem.model, &tried.fit)
+    }
+
+    /// Whether it needs no value of the contact that the model denies, while the other does, and tells the recordings all but as
+    /// well: such a value bends to whatever else is there.
+    fn is_simpler(&self, tried: &Tried, other: &Tried, before: &Tried) -> bool {
+        let worth = before.total() - other.total();
+        tried.total() - other.total() <= self.rules.simpler_share * worth
+            && self.denies_model(other)
+            && !self.denies_model(tried)
     }
 
     /// Whether the size of the last effect cannot be told from none: then its gain is what the set before had left unfitted.
@@ -404,16 +420,17 @@ impl<'a> Search<'a> {
             let mut fits = self.additions(&smaller, smaller.fit.cost - best.fit.cost);
             fits.retain(|(other, fit)| *other != id && fit.cost < best.fit.cost + 2.0 * self.rules.gain_certain);
             fits.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
-            let mut group = vec![(best.total(), id.clone())];
+            let mut group = vec![(self.denies_model(best), best.total(), id.clone())];
             for (other, fit) in fits.into_iter().take(self.rules.finalists) {
                 let tried = self.tried(fit);
                 let gains: f64 = tried.gains_over(&smaller).iter().sum();
-                if gains > self.threshold() && self.is_tie(&best.gains_over(&tried)) {
-                    group.push((tried.total(), other));
+                let is_tie = self.is_tie(&best.gains_over(&tried)) || self.is_simpler(&tried, best, &smaller);
+                if gains > self.threshold() && is_tie {
+                    group.push((self.denies_model(&tried), tried.total(), other));
                 }
             }
-            group.sort_by(|a, b| a.0.total_cmp(&b.0));
-            ties.insert(id, group.into_iter().map(|(_, id)| id).collect());
+            group.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+            ties.insert(id, group.into_iter().map(|(_, _, id)| id).collect());
         }
         (ties, worth)
     }

@@ -26,6 +26,9 @@ const TEST_MAX: f64 = 1.5;
 /// A base value is wrong beyond this many standard deviations and this many declared repeatabilities.
 const WRONG_SD: f64 = 3.0;
 const WRONG_REPEATABILITY: f64 = 2.0;
+/// The effect of a force sensor that reads too much or too little by a factor, and the factors that it may have.
+const SCALE_OF_FORCE: &str = "force-scale";
+const SCALES: std::ops::RangeInclusive<f64> = 0.5..=2.0;
 
 /// Everything that a verdict rests on.
 pub struct Evidence<'a> {
@@ -147,23 +150,50 @@ fn contradicted(test: &BTreeMap<&'static str, TestScore>) -> bool {
 }
 
 /// Base values: nominal, fitted, and whether they are wrong.
-pub fn base_parameters(model: &Model, found: &Found, mass_kg: f64) -> BTreeMap<String, BaseParameter> {
-    let fit = &found.best.fit;
-    let repeat = &model.repeatability;
-    let rows = [
-        ("stiffness_n_per_m", Knob::Stiffness, model.contact.stiffness_n_per_m, repeat.stiffness_ratio),
-        ("damping_n_s_per_m", Knob::Damping, model.contact.damping_n_s_per_m, repeat.damping_ratio),
-    ];
-    let mut all = BTreeMap::new();
-    for (name, knob, nominal, ratio) in rows {
-        let Some((fitted, sd)) = fit.estimate(&knob) else { continue };
-        let away = (fitted - nominal).abs();
-        let wrong = away > WRONG_SD * sd && away > WRONG_REPEATABILITY * ratio * nominal;
-        all.insert(name.to_string(), BaseParameter { nominal, fitted, sd, wrong });
-    }
+pub fn base_parameters(model: &Model, fit: &Fit, mass_kg: f64) -> BTreeMap<String, BaseParameter> {
+    let mut all = of_contact(model, fit);
     let nominal = model.plant.mass_kg;
     let wrong = (mass_kg / nominal - 1.0).abs() > 1e-6;
-    all.insert("reduced_mass_kg".into(), BaseParameter { nominal, fitted: mass_kg, sd: 0.0, wrong });
+    let mass = BaseParameter { nominal, fitted: mass_kg, sd: 0.0, wrong, looks_like: None };
+    all.insert("reduced_mass_kg".into(), mass);
+    all
+}
+
+/// Whether a fit needs values of the contact that the model denies.
+pub fn denies_model(model: &Model, fit: &Fit) -> bool {
+    of_contact(model, fit).values().any(|base| base.wrong)
+}
+
+fn of_contact(model: &Model, fit: &Fit) -> BTreeMap<String, BaseParameter> {
+    let (contact, repeat) = (&model.contact, &model.repeatability);
+    let rows = [
+        ("stiffness_n_per_m", Knob::Stiffness, contact.stiffness_n_per_m, repeat.stiffness_ratio),
+        ("damping_n_s_per_m", Knob::Damping, contact.damping_n_s_per_m, repeat.damping_ratio),
+    ];
+    let judged = |fitted: f64, sd: f64, nominal: f64, ratio: f64| {
+        let away = (fitted - nominal).abs();
+        away > WRONG_SD * sd && away > WRONG_REPEATABILITY * ratio * nominal
+    };
+    let mut all = BTreeMap::new();
+    for (name, knob, nominal, ratio) in &rows {
+        let Some((fitted, sd)) = fit.estimate(knob) else { continue };
+        let wrong = judged(fitted, sd, *nominal, *ratio);
+        let base = BaseParameter { nominal: *nominal, fitted, sd, wrong, looks_like: None };
+        all.insert((*name).to_owned(), base);
+    }
+    // A sensor that reads too much by a factor makes all of the contact stiffer and more damped by it.
+    let factor = all.get("stiffness_n_per_m").filter(|base| base.wrong).map(|base| base.fitted / base.nominal);
+    let damping = rows[1].2;
+    let scaled = |factor: f64| {
+        let estimate = fit.estimate(&Knob::Damping);
+        estimate.is_none_or(|(fitted, sd)| !judged(fitted, sd, damping * factor, rows[1].3))
+    };
+    if let (Some(base), Some(factor)) = (all.get_mut("stiffness_n_per_m"), factor)
+        && SCALES.contains(&factor)
+        && scaled(factor)
+    {
+        base.looks_like = Some(SCALE_OF_FORCE);
+    }
     all
 }
 
@@ -232,6 +262,12 @@ pub fn sentences(
     }
     for (name, base) in evidence.base.iter().filter(|(_, base)| base.wrong) {
         out.push(format!("{name} is {:.6}, not {:.6} (sd {:.2e}).", base.fitted, base.nominal, base.sd));
+        if let Some(id) = base.looks_like {
+            out.push(format!(
+                "Impacts cannot tell this from a sensor that reads {:.3} times the force ({id}): hang a known weight on it.",
+                base.fitted / base.nominal
+            ));
+        }
     }
     for (channel, score) in test {
         let (name, factor, unit) = match *channel {

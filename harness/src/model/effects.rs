@@ -118,11 +118,16 @@ pub(crate) fn delays<'e>(
 
 /// 'Unknown effect x; did you mean y?'
 pub fn unknown_effect(id: &str, catalog: &Catalog<Axis>) -> String {
-    let near = catalog.kinds().iter().map(|kind| (distance(id, &kind.id), &kind.id)).min();
-    match near {
-        Some((edits, other)) if edits <= id.len() / 2 => format!("unknown effect {id}; did you mean {other}?"),
-        _ => format!("unknown effect {id}"),
+    match nearest(id, catalog.kinds().iter().map(|kind| kind.id.as_ref())) {
+        Some(other) => format!("unknown effect {id}; did you mean {other}?"),
+        None => format!("unknown effect {id}"),
     }
+}
+
+/// The name that was probably meant.
+pub(crate) fn nearest<'n>(id: &str, names: impl Iterator<Item = &'n str>) -> Option<&'n str> {
+    let near = names.map(|name| (distance(id, name), name)).min();
+    near.filter(|(edits, _)| *edits <= id.len() / 2).map(|(_, name)| name)
 }
 
 /// Levenshtein distance: how many letters differ.

@@ -28,7 +28,7 @@ use check::Sign;
 pub use check::parsed;
 pub use edit::{Editor, EffectText};
 pub use effects::unknown_effect;
-pub(crate) use effects::{DELAY_HELP, List, check_delays, check_effects, delays};
+pub(crate) use effects::{DELAY_HELP, List, check_delays, check_effects, delays, nearest};
 pub use init::from_session;
 pub(crate) use parts::Parts;
 pub use parts::{Device, LawModel, ReleaseModel};

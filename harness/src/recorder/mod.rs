@@ -21,6 +21,12 @@
 //!
 //! A sensor is only asked to stream and to stop. Its bias is never set.
 //!
+//! # How robots are reached
+//!
+//! Over UDP or TCP, as the Ethernet configuration of each says. Over TCP this program listens; a robot that closes its connection is an
+//! event (`net-closed`), may connect again, and the recording goes on until its end; a second client is closed at once
+//! (`net-stranger`).
+//!
 //! # What is written
 //!
 //! | topic | encoding | content |

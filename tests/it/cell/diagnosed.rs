@@ -68,3 +68,29 @@ fn rounded_commands_are_nobodys_fault() {
     assert!(!text.contains("misses the recorded"), "{}{}", ran.out, ran.err);
     assert!(text.contains("and their rounding allows"), "{}", ran.out);
 }
+
+/// Impacts of a cell with this fault at four speeds, the last for testing, and what is said of them.
+fn diagnosed(fault: &str) -> Ran {
+    let shell = folder(&cell("bench", fault).source.text);
+    for (nth, speed) in ["0.025", "0.030", "0.035", "0.040"].iter().enumerate() {
+        record(&shell, &format!("r{nth}"), &["--velocity", speed, "--seed", &format!("{nth}")]);
+    }
+    let learn = ["--learn", "DIR/r0.mcap", "DIR/r1.mcap", "DIR/r2.mcap", "--test", "DIR/r3.mcap"];
+    shell.run(&[&["diagnose", "--model", "DIR/models/bench.toml"][..], &learn].concat())
+}
+
+/// A stop at the depth of the gap, in a device without stiffness, would be the same force: but then the stiffness of the model
+/// would be wrong too.
+#[test]
+fn a_gap_is_no_stop_in_a_device_without_stiffness() {
+    let ran = diagnosed("[[fault]]\nid = \"contact-gap\"\ngap_m = 0.001\n");
+    assert!(ran.out.contains("explained: contact-gap"), "{}{}", ran.out, ran.err);
+}
+
+/// In impacts alone a sensor that reads too much is a stiffer device: both are said, with the experiment that tells.
+#[test]
+fn a_scale_of_the_sensor_is_told_beside_the_wrong_stiffness() {
+    let ran = diagnosed("[[fault]]\nid = \"force-scale\"\nscale_ratio = 1.2\n");
+    assert!(ran.out.contains("wrong parameter: stiffness (or force-scale)"), "{}{}", ran.out, ran.err);
+    assert!(ran.out.contains("hang a known weight") || ran.out.contains("hang a\n  known weight"), "{}", ran.out);
+}

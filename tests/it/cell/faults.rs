@@ -5,7 +5,7 @@ use crate::shell::Shell;
 
 fn check(fault: &str, cycles: u64, event: &str, stop: &str) {
     let ran = reference(&cell("bench", &format!("[[fault]]\n{fault}\n")), 0.8);
-    assert!(ran.idle.is_empty(), "{fault}: {:?} did nothing", ran.idle);
+    assert!(ran.idle().is_empty(), "{fault}: {:?} did nothing", ran.idle());
     assert_eq!(ran.cycles, cycles, "{fault}");
     assert!(event.is_empty() || ran.events.contains_key(event), "{fault}: {:?}", ran.events);
     let stops: Vec<&str> = ran.stops.iter().map(|(_, why)| why.as_str()).collect();

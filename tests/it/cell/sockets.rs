@@ -2,40 +2,78 @@
 
 use super::{cell, reference};
 use crate::shell::Shell;
+use drivers::rsi::Transport;
 use harness::cell::Cell;
 use harness::cell::clock::WallClock;
 use harness::cell::controller::{Reference, Task};
 use harness::cell::on_wire::OnWire;
+use harness::cell::page_reader::check_page;
 use harness::cell::run::{Options, Ran, run};
 use harness::cell::serve::Served;
 use harness::cell::wires::{Addresses, Pace, Wires};
 use sim_core::effects::standard;
-use std::net::UdpSocket;
+use std::collections::BTreeMap;
+use std::net::{SocketAddr, TcpListener, UdpSocket};
 use std::time::Duration;
 
 /// The longest wait: a machine that is busy is no failure.
-const PATIENCE: Duration = Duration::from_secs(60);
+pub const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A port of each robot that nobody has now.
+pub fn free(cell: &Cell) -> Vec<SocketAddr> {
+    let port = |nth: usize| match cell.ethernet(nth).unwrap().protocol {
+        Transport::Udp => UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap(),
+        Transport::Tcp => TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap(),
+    };
+    (0..cell.config.robots.len()).map(port).collect()
+}
 
 /// A run with the reference controller in a thread of its own, behind sockets.
 fn looped(cell: &Cell, duration_s: f64) -> Ran {
-    let free = || UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
-    let robots = cell.config.robots.iter().map(|_| free()).collect();
-    let mut addresses = Addresses { robots, sensor: "127.0.0.1:0".parse().unwrap() };
+    let robots = free(cell);
+    through(cell, duration_s, &robots.clone(), robots)
+}
+
+/// The same where the robots send to `called`, and the controller is bound to `bound`.
+pub fn through(cell: &Cell, duration_s: f64, called: &[SocketAddr], bound: Vec<SocketAddr>) -> Ran {
+    heard(cell, duration_s, called, bound).0
+}
+
+/// The same, and what the controller's side has heard, by class.
+pub fn heard(
+    cell: &Cell,
+    duration_s: f64,
+    called: &[SocketAddr],
+    bound: Vec<SocketAddr>,
+) -> (Ran, BTreeMap<String, u64>) {
+    let sensor = "127.0.0.1:0".parse().unwrap();
+    let addresses = Addresses { robots: called.to_vec(), sensor, page: cell.config.sensor.page };
     let mut wires = Wires::bind(cell, &addresses, Pace::Virtual { patience: PATIENCE }, PATIENCE).unwrap();
-    addresses.sensor = wires.sensor();
+    let addresses = Addresses { robots: bound, sensor: wires.sensor(), page: wires.page() };
     let model = cell.model(&standard()).unwrap();
     std::thread::scope(|scope| {
         let controller = scope.spawn(|| {
             let reference = Reference::new(&model, cell.first().unwrap(), Task::Dock);
+            let mut events = BTreeMap::new();
+            if let Some(page) = addresses.page {
+                check_page(cell, page, &mut events).unwrap();
+            }
             let mut on_wire = OnWire::new(cell, reference).unwrap();
             let mut served = Served::bind(cell, &addresses).unwrap();
-            served.serve(&mut on_wire, PATIENCE, Duration::from_millis(500)).unwrap()
+            let answered = served.serve(&mut on_wire, PATIENCE, Duration::from_millis(500)).unwrap();
+            events.append(&mut on_wire.events);
+            (answered, events)
         });
         let clock = WallClock::new();
         let ran = run(cell, &standard(), &Options { duration_s }, &mut wires).unwrap();
         eprintln!("{} cycles over loopback in {:.0} ms", ran.cycles, clock.now().seconds() * 1e3);
-        assert!(controller.join().unwrap() >= ran.answered);
-        ran
+        // Over TCP a controller hears that the robots have left. A datagram to a port that is closed would be an event of its own.
+        let is_tcp = |nth| cell.ethernet(nth).unwrap().protocol == Transport::Tcp;
+        let kept = (!(0..cell.config.robots.len()).any(is_tcp)).then_some(wires);
+        let (answered, events) = controller.join().unwrap();
+        drop(kept);
+        assert!(answered >= ran.answered);
+        (ran, events)
     })
 }
 
@@ -44,6 +82,7 @@ fn over_loopback_a_run_is_the_same_to_the_last_bit() {
     for (name, fault) in [
         ("bench", ""),
         ("pair", ""),
+        ("krc2", ""),
         ("bench", "[[fault]]\nid = \"truncate\"\non = \"rsi-frame\"\nbytes = 30\nat = 20\n"),
         ("bench", "[[fault]]\nid = \"drop\"\non = \"rsi-frame\"\nat = \"first-contact\"\nfor = 5\n"),
         ("bench", "[[fault]]\nid = \"drop\"\non = \"rsi-reply\"\nat = 30\nfor = 200\n"),
@@ -94,5 +133,5 @@ fn a_controller_that_does_not_come_or_ends_is_said() {
     }
     assert!(test("sh -c 'echo I am broken; exit 7'").err.contains("I am broken"));
     let unknown = shell.run(&["test", "--cell", "no-such-cell", "--controller", "reference"]);
-    assert!(unknown.exit == 2 && unknown.err.contains("one of: bench, pair"), "{}", unknown.err);
+    assert!(unknown.exit == 2 && unknown.err.contains("one of: bench, krc2, pair"), "{}", unknown.err);
 }

@@ -24,7 +24,7 @@ fn cell(listen: SocketAddr, sensor: SocketAddr) -> Cell {
     cell
 }
 
-fn any() -> SocketAddr {
+pub fn any() -> SocketAddr {
     "127.0.0.1:0".parse().unwrap()
 }
 
@@ -33,7 +33,7 @@ const CYCLES: u64 = 50;
 const BEGIN_NS: i64 = 1_700_000_000_000_000_000;
 
 /// A clock that goes on by 0.1 ms whenever it is asked, until somebody says that all is over: no wait depends on real time.
-fn clock(ends: &dyn Fn() -> bool) -> impl Fn() -> Nanos {
+pub fn clock(ends: &dyn Fn() -> bool) -> impl Fn() -> Nanos {
     let ticks = Counter::new(0_i64);
     move || {
         ticks.set(ticks.get() + 1);
@@ -41,7 +41,7 @@ fn clock(ends: &dyn Fn() -> bool) -> impl Fn() -> Nanos {
     }
 }
 
-fn session(bytes: &[u8]) -> Session {
+pub fn session(bytes: &[u8]) -> Session {
     from_bytes("s.mcap", bytes, &ReadOptions::default()).unwrap()
 }
 

@@ -3,7 +3,7 @@
 use super::super::page::{Page, Tone};
 use super::words::{counted, listed};
 use super::{ladder, maps, missing, quantities, signals};
-use crate::diagnose::answer::{Curves, Diagnosis, Group, Ladder, Verdict};
+use crate::diagnose::answer::{BaseParameter, Curves, Diagnosis, Group, Ladder, Verdict};
 use sim_core::effect::Catalog;
 use sim_core::space::Axis;
 
@@ -96,7 +96,11 @@ fn verdict(answer: &Diagnosis) -> String {
 
 fn wrong(answer: &Diagnosis) -> Vec<String> {
     let wrong = answer.base_parameters.iter().filter(|(_, base)| base.wrong);
-    wrong.map(|(key, _)| super::words::key(key).0).collect()
+    let named = |(key, base): (&String, &BaseParameter)| {
+        let name = super::words::key(key).0;
+        base.looks_like.map_or_else(|| name.clone(), |id| format!("{name} (or {id})"))
+    };
+    wrong.map(named).collect()
 }
 
 /// Scatter that was found above what is declared.
