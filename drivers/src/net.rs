@@ -93,6 +93,8 @@ pub struct Endpoint {
     local: SocketAddr,
     lock: Lock,
     peer: Option<SocketAddr>,
+    /// Whoever is valid next becomes the peer.
+    is_open: bool,
     reported: BTreeSet<SocketAddr>,
     counts: Counts,
     receive_buffer_bytes: usize,
@@ -118,7 +120,8 @@ impl Endpoint {
         let peer = if let Lock::Only(peer) = lock { Some(peer) } else { None };
         let buffer = vec![0; DATAGRAM_BYTES];
         let counts = Counts::default();
-        Ok(Endpoint { socket, local, lock, peer, reported: BTreeSet::new(), counts, receive_buffer_bytes, buffer })
+        let reported = BTreeSet::new();
+        Ok(Endpoint { socket, local, lock, peer, is_open: false, reported, counts, receive_buffer_bytes, buffer })
     }
 
     /// Where it is bound.
@@ -139,6 +142,13 @@ impl Endpoint {
     /// What the kernel grants for datagrams that nobody has read yet.
     pub fn receive_buffer_bytes(&self) -> usize {
         self.receive_buffer_bytes
+    }
+
+    /// The peer is silent: the next valid datagram of whomever brings the next peer. Until then this one stays. A fixed one stays
+    /// for good.
+    pub fn relent(&mut self) {
+        self.is_open = self.peer.is_some() && !matches!(self.lock, Lock::Only(_));
+        self.reported.clear();
     }
 
     /// The session is over: the next valid datagram brings the next peer. A fixed peer stays.
@@ -190,8 +200,8 @@ impl Endpoint {
     ) {
         let bytes = self.buffer.get(..length).unwrap_or_default();
         match self.peer {
-            Some(peer) if peer == from => {}
-            Some(peer) if self.lock != Lock::Latest || !valid(bytes) => {
+            Some(peer) if peer == from => self.is_open = self.is_open && !valid(bytes),
+            Some(peer) if (self.lock != Lock::Latest && !self.is_open) || !valid(bytes) => {
                 self.counts.strangers += 1;
                 if self.reported.len() < STRANGERS_REPORTED_MAX && self.reported.insert(from) {
                     arrivals.push(Arrival::Stranger { at, from, peer });
@@ -205,6 +215,7 @@ impl Endpoint {
             }
             other => {
                 self.peer = Some(from);
+                self.is_open = false;
                 arrivals.extend(other.map(|old| Arrival::Taken { at, from: old, by: from }));
             }
         }

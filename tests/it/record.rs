@@ -1,7 +1,10 @@
-//! Recording a real cell: from captures, as the robots' PC, between robots and PC; killed, and with a full disk.
+//! Recording a real cell: from captures, as the robots' PC, between robots and PC; ended, killed, and with a full disk.
 
 mod crash;
+mod ends;
 mod import;
+mod lacks;
 mod live;
+mod real_xml;
 mod tcp;
 mod wire;

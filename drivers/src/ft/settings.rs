@@ -69,6 +69,18 @@ impl Protocol {
             Protocol::Record => "record",
         }
     }
+
+    /// How its records are known, in words.
+    pub fn expects(self) -> &'static str {
+        match self {
+            Protocol::Rdt => "datagrams of 36 bytes, or several times as many",
+            Protocol::OptoForce => "datagrams of 36 bytes",
+            Protocol::Schunk => "messages that begin with 0xffff, a counter and a length; a sample has 35 bytes",
+            Protocol::Bota => "a stream of records of 37 bytes that begin with 0xaa",
+            Protocol::Robotiq => "a stream of records of 16 bytes that begin with 0x20 0x4e",
+            Protocol::Record => "records as the table record lays them out",
+        }
+    }
 }
 
 /// The table `[sensor]` of CELL.toml.

@@ -5,8 +5,8 @@
 //! | UDP | bound; the first sender of a frame is the robot | sends to the computer's port |
 //! | TCP | listens; one connection, whoever else comes is closed at once and reported | connects |
 //!
-//! On either, who has been silent for a second gives way to another one: a controller whose RSI starts again comes from another
-//! port, and one that was switched off has not closed its connection. Source: reference/PROTOCOLS.md, section 1.1.
+//! On either, who has been silent gives way to another one: a controller whose RSI starts again comes from another port, and one
+//! that was switched off has not closed its connection. Over UDP who sends no frames counts as silent. Source: reference/PROTOCOLS.md, section 1.1.
 
 use crate::error::Error;
 use drivers::net::{Arrival, Clock, Connection, Endpoint, Listener, Lock, NetError};
@@ -16,7 +16,10 @@ use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::os::fd::AsFd;
 use std::time::Duration;
 
-/// Silence after which another sender may take the place of a robot. Chosen.
+/// Silence after which another sender may take the place of a robot: longer than that of `rsi-silent`, so that a computer which
+/// stumbles gives nothing away. Chosen.
+const FORGET_UDP_NS: i64 = 250_000_000;
+/// The same over TCP, where a new connection is not taken by mistake for an old one. Chosen.
 const FORGET_NS: i64 = 1_000_000_000;
 /// Connections that were closed at once and are reported one by one; beyond that they are only counted.
 const REFUSED_REPORTED_MAX: u64 = 16;
@@ -64,6 +67,11 @@ pub(crate) fn told(arrival: &Arrival) -> Option<(Nanos, &'static str, String)> {
 fn is_frame(bytes: &[u8]) -> bool {
     let is_rob = |document: Vec<u8>| Telegram::decode(&document).is_ok_and(|telegram| telegram.root == Root::Rob);
     split(bytes).into_iter().flatten().any(is_rob)
+}
+
+/// Whether it looks like a robot's: enough to know that it still speaks.
+fn is_of_robot(arrival: &Arrival) -> bool {
+    matches!(arrival, Arrival::Bytes { bytes, .. } if bytes.windows(4).any(|four| four == b"<Rob"))
 }
 
 /// The computer's side: bound, waiting for a robot controller to speak.
@@ -114,10 +122,10 @@ impl Listening {
             Listening::Udp(endpoint, last) => {
                 endpoint.receive(clock, &mut is_frame, arrivals).map_err(failed)?;
                 let now = clock();
-                if arrivals.iter().any(|arrival| matches!(arrival, Arrival::Bytes { .. })) {
+                if arrivals.iter().any(is_of_robot) {
                     *last = Some(now);
-                } else if last.is_some_and(|last| now.0.saturating_sub(last.0) > FORGET_NS) {
-                    endpoint.forget();
+                } else if last.is_some_and(|last| now.0.saturating_sub(last.0) > FORGET_UDP_NS) {
+                    endpoint.relent();
                     *last = None;
                 }
                 Ok(false)
@@ -129,6 +137,14 @@ impl Listening {
     /// Whether documents travel on a stream.
     pub fn is_stream(&self) -> bool {
         matches!(self, Listening::Tcp(..))
+    }
+
+    /// Datagrams, or connections, of others than the robot.
+    pub fn strangers(&self) -> u64 {
+        match self {
+            Listening::Udp(endpoint, _) => endpoint.counts().strangers,
+            Listening::Tcp(port) => port.listener.refused(),
+        }
     }
 
     pub fn send(&mut self, clock: Clock<'_>, bytes: &[u8], arrivals: &mut Vec<Arrival>) -> Result<(), Error> {

@@ -80,7 +80,13 @@ impl Cell {
         };
         let name = file.file.display();
         if !POSE.iter().any(|name| config.receives(&robot.correction, name).is_some()) {
-            let what = format!("correction = {:?} is no element that {name} receives", robot.correction);
+            let mut receives: Vec<&str> = config.receive.iter().map(|channel| channel.element.as_str()).collect();
+            receives.dedup();
+            let what = format!(
+                "correction = {:?} has no X to C in {name}, and corrections of axes cannot be used here: it receives {}",
+                robot.correction,
+                if receives.is_empty() { "nothing".to_owned() } else { receives.join(", ") }
+            );
             return refuse("correction", what, "name the element of RECEIVE that drives POSCORR");
         }
         if config.protocol == Transport::Tcp && robot.family != FamilyName::Krc2 {

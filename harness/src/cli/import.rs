@@ -4,9 +4,10 @@ use super::console::Console;
 use super::inputs;
 use super::outcome::Exit;
 use super::recorded;
+use super::shortfall::{nothing, too_fast};
 use crate::cell::Cell;
 use crate::error::Error;
-use crate::recorder::{Devices, Recorder, clocks, session_record, tap};
+use crate::recorder::{Devices, Recorder, clocks, remarks, session_record, tap};
 use crate::recording::Kind;
 use clap::{Args, Subcommand};
 use sim_core::effect::Catalog;
@@ -68,28 +69,40 @@ impl Pcap {
         inputs::writable_new(&self.output, self.force)?;
         inputs::not_read(&self.output, [&self.capture, &self.cell].into_iter())?;
         let named = |error: Error| error.file(&self.capture);
+        recorded::warn(&remarks(&cell)?, console);
         let (lines, summary, tapped) = clocks(&mut recorded::open(&self.capture)?, &cell, &devices).map_err(named)?;
         if tapped.matched == 0 {
-            let outcome = recorded::Outcome { summary, tapped: Some(tapped), latencies: Vec::new() };
-            return Err(recorded::nothing(&outcome).file(&self.capture));
+            return Err(named(nothing(Some(&tapped))));
+        }
+        if let Some(error) = too_fast(&summary) {
+            return Err(named(error));
         }
         let beside = beside(&self.output);
         let failed = |error: std::io::Error| Error::new(format!("cannot write: {error}")).file(&self.output);
         let out = BufWriter::new(File::create(&beside).map_err(failed)?);
         let written = (|| {
             let mut recorder = Recorder::create(out, &cell.config, &record, Some(lines))?;
-            let tapped = tap(&mut recorded::open(&self.capture)?, &cell, &mut devices, &mut recorder, None)?;
+            let mut capture = recorded::open(&self.capture)?;
+            let tapped = tap(&mut capture, &cell, &mut devices, &mut recorder, None, &|| false)?;
             recorded::note_capture(&mut recorder, &tapped)?;
             let (_, summary) = recorder.finish()?;
             std::fs::rename(&beside, &self.output).map_err(failed)?;
-            Ok(recorded::Outcome { summary, tapped: Some(tapped), latencies: Vec::new() })
+            Ok((summary, tapped))
         })();
-        let outcome = written.map_err(|error: Error| {
+        let (summary, tapped) = written.map_err(|error: Error| {
             // The file beside is ours; that it cannot be removed either adds nothing to the message.
             let _ = std::fs::remove_file(&beside);
             error.file(&self.output)
         })?;
-        recorded::tell(&outcome, self.json.as_deref(), &self.output, console)
+        let outcome = recorded::Outcome {
+            summary,
+            tapped: Some(tapped),
+            latencies: Vec::new(),
+            file: Some(self.output.clone()),
+            source: Some(self.capture.clone()),
+            heard: Some(devices.heard().clone()),
+        };
+        recorded::tell(&outcome, &cell, self.json.as_deref(), console)
     }
 }
 

@@ -23,6 +23,7 @@ mod record;
 mod recorded;
 mod replay;
 mod run;
+mod shortfall;
 mod stability;
 mod test;
 

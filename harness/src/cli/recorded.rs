@@ -2,20 +2,30 @@
 
 use super::console::Console;
 use super::outcome::Exit;
+use super::shortfall::shortfalls;
+use crate::cell::Cell;
+use crate::clocks::ClockLine;
 use crate::error::Error;
-use crate::recorder::{Recorder, Spread, Summary, Tapped};
+use crate::recorder::{Heard, Recorder, Spread, Summary, Tapped};
 use crate::recording::Kind;
 use serde_json::json;
 use sim_core::time::Nanos;
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// What a recording came to.
 pub(super) struct Outcome {
     pub summary: Summary,
     pub tapped: Option<Tapped>,
     pub latencies: Vec<(&'static str, Spread)>,
+    /// The session; `None` where nothing was worth keeping.
+    pub file: Option<PathBuf>,
+    /// The capture.
+    pub source: Option<PathBuf>,
+    /// What came from the sensor; `None` where it was not listened to.
+    pub heard: Option<Heard>,
 }
 
 /// The kind of a session of a cell.
@@ -44,46 +54,33 @@ pub(super) fn note_capture<W: Write>(recorder: &mut Recorder<W>, tapped: &Tapped
     }
 }
 
-/// Why nothing was recorded.
-pub(super) fn nothing(outcome: &Outcome) -> Error {
-    let Some(tapped) = &outcome.tapped else {
-        return Error::new("no frame of a robot came").help(
-            "start RSI on the robot; check IP_NUMBER and PORT in its configuration, and the firewall of this computer",
-        );
-    };
-    if let (Some(damage), 0) = (&tapped.damage, tapped.tally.frames) {
-        return Error::new(damage.to_string()).help("give a pcap or pcapng, as Wireshark and tcpdump write them");
-    }
-    let others: Vec<String> = tapped.others.iter().map(|(to, count)| format!("{count} packets {to}")).collect();
-    let others = if others.is_empty() { "no UDP or TCP at all".to_owned() } else { others.join(", ") };
-    Error::new(format!("no packet of the capture belongs to the cell; it has {others}"))
-        .help("correct `listen` of the robots and `address` of the sensor in the cell")
+/// Says what does not go together, before anything begins.
+pub(super) fn warn(remarks: &[String], console: &mut Console<'_>) {
+    remarks.iter().for_each(|remark| console.say(&format!("warning: {remark}\n")));
 }
 
-/// Prints what came of it.
+/// Prints what came of it, and what is missing in it.
 pub(super) fn tell(
     outcome: &Outcome,
+    cell: &Cell,
     json: Option<&Path>,
-    file: &Path,
     console: &mut Console<'_>,
 ) -> Result<Exit, Error> {
-    let frames: u64 = outcome.summary.robots.iter().map(|robot| robot.1).sum();
     if let Some(path) = json {
-        console.save(path, &format!("{:#}\n", answer(outcome, file)))?;
+        console.save(path, &format!("{:#}\n", answer(outcome)))?;
     }
     if json != Some(Path::new("-")) {
-        console.print(&text(outcome, file));
+        console.print(&text(outcome));
     }
-    if frames == 0 {
-        console.error(&nothing(outcome).file(file));
-        return Ok(Exit::NothingToRun);
-    }
-    Ok(Exit::Pass)
+    let shortfalls = shortfalls(outcome, cell);
+    shortfalls.iter().for_each(|(_, error)| console.error(error));
+    Ok(shortfalls.iter().map(|(exit, _)| *exit).find(|exit| *exit != Exit::Pass).unwrap_or(Exit::Pass))
 }
 
-fn text(outcome: &Outcome, file: &Path) -> String {
+fn text(outcome: &Outcome) -> String {
     let summary = &outcome.summary;
-    let mut text = format!("{}: {:.3} s\n", file.display(), summary.duration_s);
+    let file = outcome.file.as_ref().map_or_else(|| "nothing kept".to_owned(), |file| file.display().to_string());
+    let mut text = format!("{file}: {:.3} s\n", summary.duration_s);
     let names = summary.robots.iter().map(|robot| robot.0.as_str()).chain(["ft"]);
     for ((name, frames, replies, delay), lines) in summary.robots.iter().zip(&summary.lines) {
         let late = delay.map_or_else(|| "not sent".to_owned(), |delay| delay.to_string());
@@ -93,15 +90,13 @@ fn text(outcome: &Outcome, file: &Path) -> String {
     text += &format!("  ft: {} samples\n", summary.samples);
     text += &format!("  relative poses: {} commanded, {} measured\n", summary.poses[0], summary.poses[1]);
     for (name, lines) in names.zip(&summary.lines) {
-        for line in lines.iter().flatten() {
-            let (drift, above_ms) = (line.drift_ppm, line.mean_above_ns * 1e-6);
-            text += &format!("  clock of {name}: drift {drift:.1} ppm, mean delay {above_ms:.3} ms above the least\n");
-        }
+        text += &clock(name, &lines.iter().flatten().collect::<Vec<_>>());
     }
     for (name, spread) in &outcome.latencies {
-        let Spread { count, median_us, p99_us, most_us } = spread;
+        let Spread { count, least_us, mean_us, median_us, p99_us, most_us } = spread;
         text += &format!(
-            "  latency {name}: median {median_us:.0} µs, 99 % {p99_us:.0} µs, most {most_us:.0} µs, {count} packets\n"
+            "  latency {name}: least {least_us:.0} µs, mean {mean_us:.0} µs, median {median_us:.0} µs, 99 % {p99_us:.0} µs, \
+             most {most_us:.0} µs, {count} packets\n"
         );
     }
     for ((source, class), count) in &summary.events {
@@ -113,7 +108,29 @@ fn text(outcome: &Outcome, file: &Path) -> String {
     text
 }
 
-fn answer(outcome: &Outcome, file: &Path) -> serde_json::Value {
+/// The clock of a device in a line, however many sessions it had.
+fn clock(name: &str, lines: &[&ClockLine]) -> String {
+    let ms = |line: &ClockLine| line.mean_above_ns * 1e-6;
+    match lines {
+        [] => String::new(),
+        [line] => {
+            let (drift, above_ms) = (line.drift_ppm, ms(line));
+            format!("  clock of {name}: drift {drift:.1} ppm, mean delay {above_ms:.3} ms above the least\n")
+        }
+        lines => {
+            let most = lines.iter().map(|line| ms(line)).fold(0.0, f64::max);
+            let samples: Vec<u64> = lines.iter().map(|line| line.samples).collect();
+            let (least, longest) = (samples.iter().min().unwrap_or(&0), samples.iter().max().unwrap_or(&0));
+            format!(
+                "  clock of {name}: it began {} times, after {least} to {longest} samples; mean delay at most {most:.3} ms above \
+                 the least\n",
+                lines.len()
+            )
+        }
+    }
+}
+
+fn answer(outcome: &Outcome) -> serde_json::Value {
     let summary = &outcome.summary;
     let robot = |(name, frames, replies, delay): &(String, u64, u64, Option<i64>)| json!({ "name": name, "frames": frames, "replies": replies, "delay_d": delay });
     let robots: Vec<_> = summary.robots.iter().map(robot).collect();
@@ -121,10 +138,21 @@ fn answer(outcome: &Outcome, file: &Path) -> serde_json::Value {
         .events
         .iter()
         .map(|((source, class), count)| json!({ "source": source, "class": class, "count": count }));
+    let names = summary.robots.iter().map(|robot| robot.0.as_str()).chain(["ft"]);
+    let clocks = names.zip(&summary.lines).flat_map(|(name, lines)| {
+        lines.iter().enumerate().map(move |(nth, line)| json!({ "device": name, "session": nth + 1, "line": line }))
+    });
+    let rates = summary.rates.iter().map(|(name, rate)| json!({ "device": name, "rate": rate }));
+    let capture = outcome.tapped.as_ref().map(|tapped| {
+        let skipped: BTreeMap<_, _> = tapped.tally.skipped.iter().map(|(why, count)| (why.id(), count)).collect();
+        let damage = tapped.damage.as_ref().map(ToString::to_string);
+        json!({ "frames": tapped.tally.frames, "matched": tapped.matched, "skipped": skipped, "ends_early": damage })
+    });
+    let latency = outcome.latencies.iter().map(|(name, spread)| json!({ "way": name, "spread": spread }));
     json!({
-        "file": file.display().to_string(), "duration_s": summary.duration_s, "robots": robots,
-        "ft_samples": summary.samples, "commanded": summary.poses[0], "measured": summary.poses[1],
-        "clocks": summary.lines, "events": events.collect::<Vec<_>>(),
-        "latency": outcome.latencies.iter().map(|(name, spread)| json!({ "way": name, "spread": spread })).collect::<Vec<_>>(),
+        "file": outcome.file.as_ref().map(|file| file.display().to_string()), "duration_s": summary.duration_s,
+        "robots": robots, "ft_samples": summary.samples, "commanded": summary.poses[0], "measured": summary.poses[1],
+        "clocks": clocks.collect::<Vec<_>>(), "clock_rates": rates.collect::<Vec<_>>(),
+        "events": events.collect::<Vec<_>>(), "latency": latency.collect::<Vec<_>>(), "capture": capture,
     })
 }

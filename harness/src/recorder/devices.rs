@@ -1,14 +1,15 @@
 //! The decoders of a cell. What they find waits until the answer is on its way: writing it down comes second.
 
+use super::configured::{ethernet, mode, settings};
+use super::heard::Heard;
 use super::session::Recorder;
-use crate::cell::{Cell, ModeName};
+use crate::cell::Cell;
 use crate::error::Error;
-use drivers::ft::{AnySensor, Event as SensorEvent, Sample, Sensor, Settings};
+use drivers::ft::{AnySensor, Event as SensorEvent, Sample, Sensor};
 use drivers::rsi::{
-    Corrections, EthernetConfig, Event as RobotEvent, Frame, Frames, Host, HostOptions, Malformed, Mode, Root,
-    Telegram, split,
+    Corrections, EthernetConfig, Event as RobotEvent, Frame, Frames, Host, HostOptions, Malformed, Root, Telegram,
+    split,
 };
-use serde::Deserialize;
 use sim_core::time::Nanos;
 use std::io::Write;
 
@@ -29,6 +30,7 @@ pub struct Devices {
     /// Streams from and to each robot, where it speaks TCP.
     streams: Vec<[Frames; 2]>,
     sensor: AnySensor,
+    heard: Heard,
     /// Names of the robots.
     names: Vec<String>,
     notes: Vec<Note>,
@@ -41,31 +43,6 @@ pub enum Way {
     FromRobot,
     /// To the robot controller.
     ToRobot,
-}
-
-/// A decoder's settings as TOML has them.
-pub(super) fn settings(cell: &Cell) -> Result<Settings, Error> {
-    Settings::deserialize(toml::Value::Table(cell.config.sensor.protocol.clone())).map_err(|error| {
-        Error::new(error.message().to_owned())
-            .file(&cell.source.file)
-            .place("[sensor]")
-            .help("correct the settings of the sensor")
-    })
-}
-
-/// The Ethernet configuration of a robot.
-fn ethernet(cell: &Cell, nth: usize) -> Result<EthernetConfig, Error> {
-    let file = &cell.rsi[nth];
-    EthernetConfig::parse(&file.text).map_err(|error| {
-        Error::new(error.to_string()).file(&file.file).help("give the file that the robot controller loads")
-    })
-}
-
-fn mode(name: ModeName) -> Mode {
-    match name {
-        ModeName::Absolute => Mode::Absolute,
-        ModeName::Relative => Mode::Relative,
-    }
 }
 
 impl Devices {
@@ -94,7 +71,12 @@ impl Devices {
             Error::new(error.to_string()).file(&cell.source.file).help("correct the settings of the sensor")
         })?;
         let names = cell.config.robots.iter().map(|robot| robot.name.clone()).collect();
-        Ok(Devices { hosts, streams, sensor, names, notes: Vec::new() })
+        Ok(Devices { hosts, streams, sensor, heard: Heard::default(), names, notes: Vec::new() })
+    }
+
+    /// What has come from the sensor.
+    pub fn heard(&self) -> &Heard {
+        &self.heard
     }
 
     /// The configuration by which a robot speaks.
@@ -203,6 +185,7 @@ impl Devices {
     pub fn sensed(&mut self, at: Nanos, bytes: &[u8]) {
         let mut events = Vec::new();
         self.sensor.receive(at, bytes, &mut events);
+        self.heard.take(bytes.len(), &events);
         self.sensor_events(at, events);
     }
 

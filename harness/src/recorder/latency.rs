@@ -10,6 +10,7 @@ const KEPT_MAX: usize = 1_800_000;
 pub struct Latency {
     kept_ns: Vec<u32>,
     count: u64,
+    sum_ns: i64,
     most_ns: i64,
 }
 
@@ -18,6 +19,10 @@ pub struct Latency {
 pub struct Spread {
     /// Packets.
     pub count: u64,
+    /// The shortest.
+    pub least_us: f64,
+    /// Their mean.
+    pub mean_us: f64,
     /// Half of them took no longer.
     pub median_us: f64,
     /// 99 of 100 took no longer.
@@ -31,6 +36,7 @@ impl Latency {
     pub fn add(&mut self, read: Nanos, sent: Nanos) {
         let latency_ns = sent.0.saturating_sub(read.0).max(0);
         self.count += 1;
+        self.sum_ns = self.sum_ns.saturating_add(latency_ns);
         self.most_ns = self.most_ns.max(latency_ns);
         if self.kept_ns.len() < KEPT_MAX {
             self.kept_ns.push(u32::try_from(latency_ns).unwrap_or(u32::MAX));
@@ -43,6 +49,13 @@ impl Latency {
         sorted.sort_unstable();
         let last = sorted.len().checked_sub(1)?;
         let at = |share: f64| f64::from(sorted[(share * last as f64).round() as usize]) * 1e-3;
-        Some(Spread { count: self.count, median_us: at(0.5), p99_us: at(0.99), most_us: self.most_ns as f64 * 1e-3 })
+        Some(Spread {
+            count: self.count,
+            least_us: at(0.0),
+            mean_us: self.sum_ns as f64 * 1e-3 / self.count as f64,
+            median_us: at(0.5),
+            p99_us: at(0.99),
+            most_us: self.most_ns as f64 * 1e-3,
+        })
     }
 }

@@ -19,6 +19,11 @@
 //! 5. The end of a recording ends the replies. The controller counts late packets and stops RSI (`RSITimeout`). That is a stop,
 //!    not a motion.
 //!
+//! 6. Corrections of axes (`AK.A1` … `AK.A6`, as the ROS drivers have them) are answered with zero too. Zero is no motion only if the
+//!    RSI context leads them to an AXISCORR object, which adds them to the programmed axes. A context that takes them as joint
+//!    angles, or adds something to them, moves to that: look into it, or use ONLYSEND. The same holds for `EK` and AXISCORREXT,
+//!    and for every other number of RECEIVE.
+//!
 //! A sensor is only asked to stream and to stop. Its bias is never set.
 //!
 //! # How robots are reached
@@ -41,11 +46,17 @@
 //! envelope of its offsets ([`crate::clocks`]). Metadata: `session` (what the operator believes, at the beginning), `clocks` and
 //! `counts` (at the end). A dead time of the cell stays in the data.
 //!
+//! A robot whose clock is far from the host's does not live in real time, as a virtual cell in virtual time: what it does cannot be
+//! put beside what the sensor does. One that is too fast ends the recording with an error; one that is too slow is told at the end,
+//! and in the metadata `clock_rates`.
+//!
 //! Not covered: times that the network card stamps; sensors on a serial port without a box that makes a stream of it; a rail that
 //! is commanded through RSI.
 
 mod clock;
+mod configured;
 mod devices;
+mod heard;
 mod latency;
 mod network;
 mod pairing;
@@ -58,7 +69,9 @@ mod tap;
 mod topics;
 
 pub use clock::Lines;
+pub use configured::remarks;
 pub use devices::{Devices, Way};
+pub use heard::Heard;
 pub use latency::{Latency, Spread};
 pub use peer::Peer;
 pub use proxy::Proxy;

@@ -11,7 +11,6 @@ use crate::cell::link::{Listening, failed, towards};
 use crate::error::Error;
 use drivers::ft::Transport;
 use drivers::net::{Arrival, Clock, Connection, Endpoint, Lock, wait};
-use sim_core::time::Nanos;
 use std::io::Write;
 use std::net::SocketAddr;
 use std::os::fd::AsFd;
@@ -42,6 +41,14 @@ impl SensorLink {
                 let connection = Connection::connect(address, CONNECT);
                 connection.map(Box::new).map(SensorLink::Tcp).map_err(|error| Error::new(error.to_string()).help(help))
             }
+        }
+    }
+
+    /// Datagrams of others than the sensor.
+    fn strangers(&self) -> u64 {
+        match self {
+            SensorLink::Udp(endpoint) => endpoint.counts().strangers,
+            SensorLink::Tcp(_) => 0,
         }
     }
 
@@ -103,7 +110,7 @@ impl Peer {
         self.links.iter().map(Listening::local).collect()
     }
 
-    /// Answers and records until this time.
+    /// Answers and records until that is true, or a robot turns out not to live in real time.
     ///
     /// # Errors
     /// When a socket fails, or the session does not take what came.
@@ -112,7 +119,7 @@ impl Peer {
         devices: &mut Devices,
         recorder: &mut Recorder<W>,
         clock: Clock<'_>,
-        until: Nanos,
+        until: &dyn Fn() -> bool,
     ) -> Result<(), Error> {
         let start = devices.sensor_requests(true);
         self.sensor.send(clock, &start, devices)?;
@@ -120,6 +127,10 @@ impl Peer {
         // The sensor is told to stop also when the disk is full.
         let stop = devices.sensor_requests(false);
         self.sensor.send(clock, &stop, devices)?;
+        for (name, link) in self.names.iter().zip(&self.links) {
+            recorder.count(name, "net-stranger", link.strangers());
+        }
+        recorder.count("ft", "net-stranger", self.sensor.strangers());
         outcome
     }
 
@@ -128,9 +139,9 @@ impl Peer {
         devices: &mut Devices,
         recorder: &mut Recorder<W>,
         clock: Clock<'_>,
-        until: Nanos,
+        until: &dyn Fn() -> bool,
     ) -> Result<(), Error> {
-        while clock() < until {
+        while !until() && !recorder.is_too_fast() {
             let sockets: Vec<&dyn AsFd> =
                 self.links.iter().map(Listening::socket).chain([self.sensor.socket()]).collect();
             wait(&sockets, WAIT).map_err(|error| Error::new(format!("waiting for the network failed: {error}")))?;

@@ -17,7 +17,6 @@ use crate::cell::{Cell, RobotConfig};
 use crate::error::Error;
 use drivers::net::{Arrival, Clock, Endpoint, Lock, wait};
 use drivers::rsi::Transport;
-use sim_core::time::Nanos;
 use std::io::Write;
 use std::net::SocketAddr;
 use std::os::fd::AsFd;
@@ -88,6 +87,18 @@ impl Proxy {
             let help = "give --robot-side once for each [[robot]] of the cell, in their order";
             return Err(Error::new(what).place("--robot-side").help(help));
         }
+        let itself = |argument: &str, side: SocketAddr, whose: &str| {
+            let what = format!("{side} is {whose}: the proxy would send to itself");
+            Err(Error::new(what).place(argument).help("give a free port of this computer"))
+        };
+        for (robot, side) in cell.config.robots.iter().zip(robot_sides) {
+            if meets(*side, robot.listen) {
+                return itself("--robot-side", *side, &format!("where the PC of {} listens", robot.name));
+            }
+        }
+        if let Some(side) = sensor_side.filter(|side| meets(*side, cell.config.sensor.address)) {
+            return itself("--sensor-side", side, "where the sensor is");
+        }
         let pairs = cell.config.robots.iter().zip(robot_sides).enumerate();
         let robots = pairs.map(|(nth, (robot, side))| between(robot, *side, devices.config(nth).protocol));
         let robots = robots.collect::<Result<_, _>>()?;
@@ -112,7 +123,7 @@ impl Proxy {
         self.sensor.as_ref().map(|sensor| sensor.near.local())
     }
 
-    /// Passes on and records until this time.
+    /// Passes on and records until that is true, or a robot turns out not to live in real time.
     ///
     /// # Errors
     /// When a socket fails, or the session does not take what came.
@@ -121,9 +132,9 @@ impl Proxy {
         devices: &mut Devices,
         recorder: &mut Recorder<W>,
         clock: Clock<'_>,
-        until: Nanos,
+        until: &dyn Fn() -> bool,
     ) -> Result<(), Error> {
-        while clock() < until {
+        while !until() && !recorder.is_too_fast() {
             let mut sockets: Vec<&dyn AsFd> = Vec::new();
             for robot in &self.robots {
                 sockets.push(robot.near.socket());
@@ -143,6 +154,12 @@ impl Proxy {
             devices.tick(now);
             devices.write(recorder)?;
             recorder.tick(now)?;
+        }
+        for robot in &self.robots {
+            recorder.count(&robot.name, "net-stranger", robot.near.strangers());
+        }
+        if let Some(sensor) = &self.sensor {
+            recorder.count("ft", "net-stranger", sensor.far.counts().strangers);
         }
         Ok(())
     }
@@ -221,6 +238,12 @@ impl Proxy {
         asked.iter().chain(&answered).chain(&said).for_each(|arrival| note("ft", arrival, devices));
         Ok(())
     }
+}
+
+/// Whether a socket that is bound to the one gets what is sent to the other.
+fn meets(side: SocketAddr, other: SocketAddr) -> bool {
+    let is_any = side.ip().is_unspecified() || other.ip().is_unspecified();
+    side.port() != 0 && side.port() == other.port() && (is_any || side.ip() == other.ip())
 }
 
 fn between(robot: &RobotConfig, side: SocketAddr, transport: Transport) -> Result<Between, Error> {

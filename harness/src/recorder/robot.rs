@@ -8,13 +8,16 @@
 //! | commanded pose, relative | start + sum of all corrections so far |
 //! | time of a command | that of the frame whose IPOC it echoes: the loop's tick |
 //!
+//! A reply without that correction commands the start pose when every number in it is zero; with others, such as `AK` of axes, it
+//! tells no pose.
+//!
 //! Source: reference/PROTOCOLS.md, sections 1.2 and 1.5. Not covered: corrections of axes (`AKorr`), which need the arm's geometry;
 //! commands to the rail, which is taken to be where `EIPos` says.
 
 use super::clock::{DeviceClock, Lines};
 use crate::cell::frames::Reported;
 use crate::cell::{ModeName, RobotConfig};
-use drivers::rsi::{Frame, POSE, Telegram};
+use drivers::rsi::{BadNumber, Frame, POSE, Telegram, parse};
 use std::collections::{BTreeMap, VecDeque};
 
 /// Frames that a reply may still answer; the controller takes the newest only. Chosen: a quarter of a second.
@@ -47,11 +50,18 @@ pub(super) struct Robot {
     correction: String,
     mode: ModeName,
     pub clock: DeviceClock,
+    /// Rate of an earlier session whose clock was off.
+    rate_before: Option<f64>,
+    /// The newest stamp without its wrap, and the least that it ever advanced.
+    unwrapped: u64,
+    step: Option<u64>,
     session: u32,
     start: Option<[f64; 6]>,
     /// Whether `start` is exact.
     is_programmed: bool,
     sum: [f64; 6],
+    /// It was corrected by something that tells no pose.
+    is_lost: bool,
     asked: VecDeque<Asked>,
     /// How often each thing was sent and received: for the summary.
     pub frames: u64,
@@ -67,10 +77,14 @@ impl Robot {
             correction: config.correction.clone(),
             mode: config.mode,
             clock: DeviceClock::with(lines),
+            rate_before: None,
+            unwrapped: 0,
+            step: None,
             session: 0,
             start: None,
             is_programmed: false,
             sum: [0.0; 6],
+            is_lost: false,
             asked: VecDeque::new(),
             frames: 0,
             replies: 0,
@@ -82,15 +96,22 @@ impl Robot {
     pub fn frame(&mut self, frame: &Frame) -> (i64, Option<Reported>) {
         if frame.session != self.session {
             if self.session != 0 {
+                self.rate_before = self.rate_off();
                 self.clock.restart();
             }
             self.session = frame.session;
             self.start = None;
             self.sum = [0.0; 6];
+            self.is_lost = false;
             self.asked.clear();
         }
         self.frames += 1;
         self.delay = frame.delay.or(self.delay);
+        let advance = frame.unwrapped.saturating_sub(self.unwrapped);
+        self.unwrapped = frame.unwrapped;
+        if advance > 0 && self.frames > 1 {
+            self.step = Some(self.step.map_or(advance, |step| step.min(advance)));
+        }
         let device_ns = i64::try_from(frame.unwrapped).ok().and_then(|ms| ms.checked_mul(1_000_000));
         let stamp_ns = self.clock.stamp(device_ns, frame.received.0);
         let measured = frame
@@ -120,8 +141,13 @@ impl Robot {
         }
         asked.is_answered = true;
         let asked = *asked;
-        let correction = match telegram.six(&self.correction, POSE) {
-            None => return (Answer::Nothing, false),
+        let correction = match pose_of(telegram, &self.correction) {
+            // Whatever it corrects, nothing is no motion.
+            None if is_all_zero(telegram) && !(self.is_lost && self.mode == ModeName::Relative) => [0.0; 6],
+            None => {
+                self.is_lost = true;
+                return (Answer::Nothing, false);
+            }
             Some(Err(_)) => return (Answer::Bad("reply-number"), false),
             Some(Ok(correction)) => correction,
         };
@@ -145,6 +171,16 @@ impl Robot {
         (Answer::Commanded { stamp_ns: asked.stamp_ns, reported: Reported { pose_mm_deg, ..measured } }, guessed)
     }
 
+    /// How many of its seconds went by in one of the host's, where that is far from one.
+    pub fn rate_off(&self) -> Option<f64> {
+        self.clock.rate_off().or(self.rate_before)
+    }
+
+    /// Whether its stamp goes on by one with each frame, as on some simulators.
+    pub fn counts_frames(&self) -> bool {
+        self.step == Some(1)
+    }
+
     /// Element that carries its correction.
     pub fn correction(&self) -> &str {
         &self.correction
@@ -158,4 +194,28 @@ impl Robot {
             .map(|(key, value)| (format!("{}_{key}", self.name), value))
             .collect()
     }
+}
+
+/// X to C of an element; what it leaves out is zero. `None` where it has none of them.
+fn pose_of(telegram: &Telegram, tag: &str) -> Option<Result<[f64; 6], BadNumber>> {
+    let element = telegram.element(tag)?;
+    let values = POSE.map(|name| element.value(name).and_then(|_| telegram.number(tag, name)));
+    if values.iter().all(Option::is_none) {
+        return None;
+    }
+    let mut pose = [0.0; 6];
+    for (part, value) in pose.iter_mut().zip(values) {
+        match value {
+            Some(Ok(value)) => *part = value,
+            Some(Err(bad)) => return Some(Err(bad)),
+            None => {}
+        }
+    }
+    Some(Ok(pose))
+}
+
+/// Whether a reply corrects something, and all by zero.
+fn is_all_zero(telegram: &Telegram) -> bool {
+    let mut numbers = telegram.elements.iter().flat_map(|element| &element.attributes).peekable();
+    numbers.peek().is_some() && numbers.all(|(_, text)| parse(text).is_ok_and(|value| value.abs() <= 0.0))
 }

@@ -56,6 +56,17 @@ pub struct Summary {
     pub events: BTreeMap<(String, String), u64>,
     /// Lines of all clocks.
     pub lines: AllLines,
+    /// Robots whose clocks go far from the host's, and how many of their seconds went by in one of the host's.
+    pub rates: Vec<(String, f64)>,
+    /// Those of them whose stamps count frames: their times are those of receipt.
+    pub counters: Vec<String>,
+}
+
+impl Summary {
+    /// Frames of all robots.
+    pub fn frames(&self) -> u64 {
+        self.robots.iter().map(|robot| robot.1).sum()
+    }
 }
 
 impl<W: Write> Recorder<W> {
@@ -172,6 +183,10 @@ impl<W: Write> Recorder<W> {
     pub fn sample(&mut self, sample: &Sample) -> Result<(), Error> {
         let device_ns = sample.device_s.map(|device_s| Nanos::from_seconds(device_s).0);
         let stamp_ns = self.sensor.stamp(device_ns, sample.received.0);
+        if self.sensor.counts_no_time() {
+            let text = "the sensor's counter does not count time at its rate: times are those of receipt";
+            self.tell_once("clock-counts-no-time", sample.received, "ft", text)?;
+        }
         let times = Times { received_ns: sample.received.0, stamp_ns };
         self.span(sample.received);
         self.samples += 1;
@@ -197,6 +212,19 @@ impl<W: Write> Recorder<W> {
         *self.events.entry((source.to_owned(), class.to_owned())).or_insert(0) += 1;
         let times = Times { received_ns: at.0, stamp_ns: at.0 };
         self.live.json(&topics::EVENT, times, &json!({ "source": source, "class": class, "text": text }))
+    }
+
+    /// What was counted elsewhere, of which only the first was told.
+    pub fn count(&mut self, source: &str, class: &str, count: u64) {
+        if count > 0 {
+            let told = self.events.entry((source.to_owned(), class.to_owned())).or_insert(0);
+            *told = count.max(*told);
+        }
+    }
+
+    /// Whether a robot's clock is so fast that it cannot live in real time.
+    pub fn is_too_fast(&self) -> bool {
+        self.robots.iter().any(|robot| robot.clock.is_too_fast())
     }
 
     /// Time passes.
@@ -226,6 +254,8 @@ impl<W: Write> Recorder<W> {
         self.tick(Nanos(self.last_ns.saturating_add(i64::from(u32::MAX))))?;
         let summary = self.summary();
         self.live.metadata("clocks", &clocks(&self.robots, &summary.lines))?;
+        let rates = summary.rates.iter().map(|(name, rate)| (name.clone(), rate.to_string())).collect();
+        self.live.metadata("clock_rates", &rates)?;
         let mut counts: BTreeMap<String, String> = self.robots.iter().flat_map(Robot::counts).collect();
         counts.insert("ft_samples".to_owned(), self.samples.to_string());
         counts.extend(
@@ -252,6 +282,13 @@ impl<W: Write> Recorder<W> {
             samples: self.samples,
             events: self.events.clone(),
             lines,
+            counters: self
+                .robots
+                .iter()
+                .filter(|robot| robot.counts_frames())
+                .map(|robot| robot.name.clone())
+                .collect(),
+            rates: self.robots.iter().filter_map(|robot| Some((robot.name.clone(), robot.rate_off()?))).collect(),
         }
     }
 

@@ -1,11 +1,13 @@
 //! What a session says of itself at its beginning.
 
-use crate::cell::Cell;
+use super::configured::{remarks, settings};
+use crate::cell::{Carries, Cell};
 use crate::error::Error;
 use crate::model::Model;
 use crate::recording::Kind;
 use crate::simulate;
 use drivers::ft::Transport;
+use drivers::metres_from_millimetres;
 use sim_core::effect::Catalog;
 use sim_core::space::Axis;
 use std::collections::BTreeMap;
@@ -24,6 +26,13 @@ pub fn session_record(
     let mut record = simulate::believed(&model, model.plant.mass_kg, kind);
     record.insert("cell".to_owned(), cell.config.name.clone());
     record.insert("recorded_as".to_owned(), how.to_owned());
+    // The step to which a command is rounded: `compare` asks no more of the software than that.
+    let decimals = cell.config.robot(Carries::Probe).map_or(0, |robot| i32::from(robot.decimals));
+    let quantum_m = metres_from_millimetres(libm::pow(10.0, -f64::from(decimals)));
+    record.insert("command_quantum_m".to_owned(), quantum_m.to_string());
+    for (nth, remark) in remarks(cell)?.into_iter().enumerate() {
+        record.insert(format!("remark_{}", nth + 1), remark);
+    }
     Ok(record)
 }
 
@@ -32,5 +41,5 @@ pub fn session_record(
 /// # Errors
 /// When its settings cannot be used.
 pub fn sensor_transport(cell: &Cell) -> Result<Transport, Error> {
-    Ok(super::devices::settings(cell)?.transport())
+    Ok(settings(cell)?.transport())
 }

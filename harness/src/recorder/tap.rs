@@ -9,13 +9,18 @@ use super::session::{AllLines, Recorder, Summary};
 use crate::cell::Cell;
 use crate::error::Error;
 use drivers::capture::{Damage, Packet, Reader, Tally, Transport};
+use drivers::net::wait;
 use sim_core::time::Nanos;
 use std::collections::BTreeMap;
+use std::fs::File;
 use std::io::{Read, Write};
 use std::net::SocketAddr;
+use std::time::Duration;
 
 /// Bytes that are asked of the capture at once.
 const READ_LENGTH: usize = 64 << 10;
+/// How long a pipe that brings nothing is waited for before somebody is asked whether to go on.
+const WAIT: Duration = Duration::from_millis(50);
 /// Other ends that are remembered, for the error.
 const OTHERS_MAX: usize = 8;
 
@@ -30,6 +35,8 @@ pub struct Tapped {
     pub matched: u64,
     /// Where other packets went.
     pub others: BTreeMap<String, u64>,
+    /// Somebody ended it before its end.
+    pub is_ended: bool,
 }
 
 /// Sorts packets to the devices of a cell.
@@ -75,23 +82,33 @@ fn same(listen: SocketAddr, end: SocketAddr) -> bool {
     listen.port() == end.port() && (listen.ip() == end.ip() || listen.ip().is_unspecified())
 }
 
-/// Reads a capture to its end, or for so long in its own time.
+/// Reads a capture to its end, for so long in its own time, or until that is true.
 ///
 /// # Errors
 /// When the capture cannot be read, or the session does not take what is in it. That a capture ends in the middle of a record,
 /// as a live one does, is no error.
 pub fn tap<W: Write>(
-    capture: &mut dyn Read,
+    capture: &mut File,
     cell: &Cell,
     devices: &mut Devices,
     recorder: &mut Recorder<W>,
     longest: Option<Nanos>,
+    until: &dyn Fn() -> bool,
 ) -> Result<Tapped, Error> {
     let mut sorter = Sorter { cell, first: None, matched: 0, others: BTreeMap::new() };
     let (mut reader, mut packets, mut damage) = (Reader::default(), Vec::new(), None);
     let mut buffer = vec![0; READ_LENGTH];
-    let mut is_over = false;
+    let (mut is_over, mut is_ended) = (false, false);
     while !is_over && damage.is_none() {
+        is_ended = until() || recorder.is_too_fast();
+        if is_ended {
+            break;
+        }
+        // A file is always ready; a pipe may bring nothing for long.
+        let failed = |error| Error::new(format!("waiting for the capture failed: {error}"));
+        if !wait(&[&*capture], WAIT).map_err(failed)?.contains(&true) {
+            continue;
+        }
         let length = match capture.read(&mut buffer) {
             Ok(length) => length,
             Err(error) if error.kind() == std::io::ErrorKind::Interrupted => continue,
@@ -117,17 +134,17 @@ pub fn tap<W: Write>(
         }
     }
     let Sorter { matched, others, .. } = sorter;
-    Ok(Tapped { tally: reader.tally().clone(), damage, matched, others })
+    Ok(Tapped { tally: reader.tally().clone(), damage, matched, others, is_ended })
 }
 
 /// The clocks of a whole capture: it is read once for them alone.
 ///
 /// # Errors
 /// As [`tap`].
-pub fn clocks(capture: &mut dyn Read, cell: &Cell, devices: &Devices) -> Result<(AllLines, Summary, Tapped), Error> {
+pub fn clocks(capture: &mut File, cell: &Cell, devices: &Devices) -> Result<(AllLines, Summary, Tapped), Error> {
     let nowhere = std::io::sink();
     let mut recorder = Recorder::create(nowhere, &cell.config, &BTreeMap::new(), None)?;
-    let tapped = tap(capture, cell, &mut devices.clone(), &mut recorder, None)?;
+    let tapped = tap(capture, cell, &mut devices.clone(), &mut recorder, None, &|| false)?;
     let (_, summary) = recorder.finish()?;
     Ok((summary.lines.clone(), summary, tapped))
 }

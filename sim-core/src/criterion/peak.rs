@@ -231,6 +231,6 @@ mod tests {
         // Where the sensor felt a contact, it is what the hardware felt.
         let hardware = Along { sensed: Some(Cow::Owned([0.0, 5.0].to_vec())), ..run.along[0].clone() };
         let run = Observation { along: [hardware].to_vec(), ..run };
-        assert_eq!(peak_force_size(&run).unwrap().value.value, 5.0);
+        assert_eq!(peak_force_size(&run).unwrap().value.value.to_bits(), 5.0_f64.to_bits());
     }
 }

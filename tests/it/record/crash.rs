@@ -20,7 +20,7 @@ const SENSOR: &str = "DOCKHIL_TEST_SENSOR";
 /// What may be lost.
 const LOST_NS_MAX: i64 = 300_000_000;
 
-fn unix_ns() -> i64 {
+pub fn unix_ns() -> i64 {
     #[expect(clippy::disallowed_types, reason = "what is lost is counted in real time")]
     let since = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap();
     since.as_nanos() as i64
@@ -49,11 +49,12 @@ fn as_a_child_it_records_until_it_is_killed() {
     println!("\nlistening {}", peer.addresses()[0]);
     std::io::stdout().flush().unwrap();
     let clock = || Nanos(unix_ns());
-    peer.run(&mut devices, &mut recorder, &clock, Nanos(unix_ns() + 60_000_000_000)).unwrap();
+    let end = unix_ns() + 60_000_000_000;
+    peer.run(&mut devices, &mut recorder, &clock, &|| unix_ns() >= end).unwrap();
 }
 
 /// Sends frames and samples for this long; the time at which the last frame was answered, and how many were.
-fn drive(port: u16, sensor: &UdpSocket, lasts_ns: i64) -> (i64, usize) {
+pub fn drive(port: u16, sensor: &UdpSocket, lasts_ns: i64) -> (i64, usize) {
     let robot = UdpSocket::bind("127.0.0.1:0").unwrap();
     robot.connect(("127.0.0.1", port)).unwrap();
     robot.set_read_timeout(Some(Duration::from_secs(20))).unwrap();

@@ -8,17 +8,17 @@ use harness::simulate::{self, LEARN};
 use sim_core::effects::standard;
 use sim_core::rng::Streams;
 
-const ROBOT: &str = "127.0.0.1:60000";
-const PC: &str = "127.0.0.1:49152";
-const SENSOR: &str = "127.0.0.1:49153";
-const SENSOR_CLIENT: &str = "127.0.0.1:60001";
+pub const ROBOT: &str = "127.0.0.1:60000";
+pub const PC: &str = "127.0.0.1:49152";
+pub const SENSOR: &str = "127.0.0.1:49153";
+pub const SENSOR_CLIENT: &str = "127.0.0.1:60001";
 /// Least delays of the two wires, and how much jitter comes on top.
 const ROBOT_NS: i64 = 200_000;
 const SENSOR_NS: i64 = 90_000;
 const JITTER_NS: f64 = 600_000.0;
 
 /// An impact of the bench's model.
-fn impact() -> Session {
+pub fn impact() -> Session {
     let cell = bench();
     let model = Model::parse("m.toml", &cell.model.text, &standard()).unwrap();
     simulate::cell(&model, &[], &LEARN[..1], 7).remove(0)
@@ -32,7 +32,7 @@ fn tool(pose: &Pose) -> [f64; 6] {
 }
 
 /// Its traffic.
-fn capture(session: &Session) -> Capture {
+pub fn capture(session: &Session) -> Capture {
     let mut capture = Capture::default();
     let mut jitter = Streams::new(3).named("jitter");
     let mut late = |least_ns: i64, nth: usize| {
@@ -97,6 +97,9 @@ fn a_capture_gives_the_session_that_was_on_the_wire() {
     let sensor_ns = offset(sensed.time_ns[0], wanted.time_ns[0]);
     assert!((sensor_ns - SENSOR_NS).abs() <= 1, "{sensor_ns}");
     assert_eq!(session.believed.get("cell").map(String::as_str), Some("bench"));
+    // Nine decimals of a millimetre: the step to which the bench's commands are rounded.
+    let quantum_m: f64 = session.believed["command_quantum_m"].parse().unwrap();
+    assert!((quantum_m - 1e-12).abs() < 1e-27, "{quantum_m}");
 }
 
 #[test]
@@ -173,12 +176,13 @@ fn a_tap_reads_the_same_capture_as_it_comes() {
 fn two_robots_are_put_together_at_the_times_of_the_probe() {
     let shell = Shell::new();
     let text = bench().source.text;
-    let second = "\n[[robot]]\nname = \"target\"\ncarries = \"nozzle\"\nrsi = \"rsi/bench.xml\"\nlisten = \"127.0.0.1:49154\"\n\
+    let second = "\n[[robot]]\nname = \"target\"\ncarries = \"nozzle\"\nrsi = \"rsi/target.xml\"\nlisten = \"127.0.0.1:49154\"\n\
                   rail = { axis = \"E1\", direction = [0.0, 0.0, 1.0] }\n";
     for (name, text) in [
         ("cell.toml", format!("{text}{second}")),
         ("models/bench.toml", bench().model.text),
         ("rsi/bench.xml", bench().rsi[0].text.clone()),
+        ("rsi/target.xml", bench().rsi[0].text.replace("49152", "49154")),
     ] {
         let path = shell.path(name);
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();

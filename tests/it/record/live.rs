@@ -1,5 +1,6 @@
 //! Live, on loopback: as the robots' PC, and between robots and PC.
 
+use super::crash::unix_ns;
 use super::wire::{bench, rdt, rob, sen};
 use harness::cell::Cell;
 use harness::recorder::{Devices, Peer, Proxy, Recorder, sensor_transport, session_record};
@@ -129,6 +130,56 @@ fn a_peer_answers_every_frame_with_nothing() {
     );
 }
 
+/// A stranger spoke first, then the robot comes, and comes again from another port: each is heard once the one before is silent.
+#[test]
+fn a_robot_that_comes_from_another_port_is_heard_when_the_one_before_is_silent() {
+    let sensor = socket();
+    let cell = cell(any(), sensor.local_addr().unwrap());
+    let mut devices = Devices::of(&cell, true).unwrap();
+    let mut peer = Peer::open(&cell, &devices, sensor_transport(&cell).unwrap()).unwrap();
+    let address = peer.addresses()[0];
+    let record = session_record(&cell, &standard(), Kind::FreeFlight, "peer").unwrap();
+    let robots = std::thread::spawn(move || {
+        let (mut buffer, mut ipoc, mut ignored) = ([0; 2048], 1000, 0);
+        for frames in [1, CYCLES, CYCLES] {
+            let robot = socket();
+            robot.set_read_timeout(Some(Duration::from_millis(5))).unwrap();
+            let mut answered = 0;
+            // Half a minute, if nobody listens.
+            for _ in 0..6000 {
+                ipoc += 4;
+                robot.send_to(&rob(ipoc, POSE, POSE), address).unwrap();
+                match robot.recv(&mut buffer) {
+                    Ok(_) => answered += 1,
+                    Err(_) => ignored += 1,
+                }
+                if answered == frames {
+                    break;
+                }
+            }
+            assert_eq!(answered, frames, "a new port is heard");
+        }
+        ignored
+    });
+    let mut out = Vec::new();
+    let mut recorder = Recorder::create(&mut out, &cell.config, &record, None).unwrap();
+    let ends = || robots.is_finished();
+    // Silence is a matter of real time: the other side counts it too.
+    let now = || Nanos(unix_ns());
+    peer.run(&mut devices, &mut recorder, &now, &ends).unwrap();
+    let ignored = robots.join().unwrap();
+    let (_, summary) = recorder.finish().unwrap();
+    let seen = |class: &str| summary.events.get(&("chaser".to_owned(), class.to_owned())).copied().unwrap_or(0);
+    // Who was not answered in time was ignored; an answer may also have come late.
+    assert!(
+        ignored > 2 && seen("net-stranger") > 2 && seen("net-stranger") <= ignored,
+        "{ignored} {:?}",
+        summary.events
+    );
+    assert_eq!(seen("net-taken"), 2, "{:?}", summary.events);
+    assert!(summary.robots[0].1 > 2 * CYCLES, "{}", summary.robots[0].1);
+}
+
 fn run_peer(
     peer: &mut Peer,
     devices: &mut Devices,
@@ -136,7 +187,7 @@ fn run_peer(
     now: &dyn Fn() -> Nanos,
     until: Nanos,
 ) {
-    peer.run(devices, recorder, now, until).unwrap();
+    peer.run(devices, recorder, now, &|| now() >= until).unwrap();
 }
 
 #[test]
@@ -173,7 +224,7 @@ fn a_proxy_passes_every_byte_on_and_says_what_it_costs() {
     {
         let is_over = || others.is_finished();
         let now = clock(&is_over);
-        proxy.run(&mut devices, &mut recorder, &now, Nanos(i64::MAX)).unwrap();
+        proxy.run(&mut devices, &mut recorder, &now, &is_over).unwrap();
     }
     others.join().unwrap();
     let (_, summary) = recorder.finish().unwrap();

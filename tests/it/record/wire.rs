@@ -1,5 +1,6 @@
 //! Bytes of a made-up cell, and captures of them, laid out by hand.
 
+use crate::shell::Shell;
 use harness::cell::Cell;
 use std::net::SocketAddrV4;
 use std::path::Path;
@@ -68,5 +69,20 @@ impl Capture {
             file.extend(packet);
         }
         file
+    }
+}
+
+/// The bench as files in a folder, its texts changed on the way.
+pub fn files(shell: &Shell, cell: impl Fn(String) -> String, rsi: impl Fn(String) -> String) {
+    let bench = bench();
+    let texts = [
+        ("cell.toml", cell(bench.source.text)),
+        ("models/bench.toml", bench.model.text),
+        ("rsi/bench.xml", rsi(bench.rsi[0].text.clone())),
+    ];
+    for (name, text) in texts {
+        let path = shell.path(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, text).unwrap();
     }
 }
