@@ -10,7 +10,6 @@ use harness::cell::wires::{Addresses, Pace, Wires};
 use harness::recorder::{Devices, Peer, Proxy, Recorder, Summary, sensor_transport, session_record};
 use harness::recording::Kind;
 use sim_core::effects::standard;
-use sim_core::time::Nanos;
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 
@@ -74,7 +73,7 @@ fn a_peer_holds_a_robot_that_connects_and_one_that_comes_again() {
     let mut recorder = Recorder::create(&mut out, &cell.config, &record, None).unwrap();
     let is_over = || robot.is_finished();
     let now = clock(&is_over);
-    peer.run(&mut devices, &mut recorder, &now, Nanos(i64::MAX)).unwrap();
+    peer.run(&mut devices, &mut recorder, &now, &|| false).unwrap();
     drop(now);
     let ran = robot.join().unwrap();
     assert_eq!((ran.cycles, ran.answered, ran.stops.len(), ran.left), (CYCLES, CYCLES, 0, false), "{:?}", ran.events);
@@ -109,7 +108,7 @@ fn a_proxy_over_tcp_changes_no_bit_of_a_run() {
     let mut recorder = Recorder::create(&mut out, &cell.config, &record, None).unwrap();
     let is_over = || others.is_finished();
     let now = clock(&is_over);
-    proxy.run(&mut devices, &mut recorder, &now, Nanos(i64::MAX)).unwrap();
+    proxy.run(&mut devices, &mut recorder, &now, &|| false).unwrap();
     drop(now);
     let there = others.join().unwrap();
     let here = reference(&cell, 0.8);
