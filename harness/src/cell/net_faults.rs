@@ -1,4 +1,4 @@
-//! Faults that need another socket, a closed port or a page: which are due, and whether each has acted. [`super::intruder`] does
+//! Faults that need another socket, a closed port or a page: which are due, and whether each has acted. `intruder` beside this file does
 //! them.
 //!
 //! | fault | what the cell does |
