@@ -169,6 +169,25 @@ fn thirty_six_poses_in_a_recording_become_a_section_of_the_model() {
     assert_eq!((again.exit, shell.read("m.toml")), (0, text), "the same recording gives the same section");
 }
 
+/// A force that ramps by 5 N while the robot stands is no reading of a weight, and nothing is written; and poses at rest need no command.
+#[test]
+fn a_force_that_drifts_in_a_pose_decides_nothing() {
+    let shell = Shell::with_model();
+    let mut session = recording(&random_attitudes(36), 3);
+    session.commanded = None;
+    save(&session, &shell.path("steady.mcap"));
+    let ran = shell.run(&["calibrate", "ft", "DIR/steady.mcap"]);
+    assert_eq!(ran.exit, 0, "{}{}", ran.out, ran.err);
+    let sensed = session.sensed.as_mut().unwrap();
+    for (wrench, time_ns) in sensed.value.iter_mut().zip(&sensed.time_ns) {
+        wrench.force_n[2] += 5.0 * (time_ns % 1_600_000_000) as f64 / 1.2e9;
+    }
+    save(&session, &shell.path("ramp.mcap"));
+    let ran = shell.run(&["calibrate", "ft", "DIR/ramp.mcap", "--model", "DIR/m.toml"]);
+    assert_eq!(ran.exit, 3, "{}{}", ran.out, ran.err);
+    assert!(ran.out.contains("the mean force moves by") && ran.out.contains("not written"), "{}", ran.out);
+}
+
 /// A sensor that is known to a millinewton is not 'known to 0.00 N'; and a recording that was cut says so.
 #[test]
 fn small_numbers_keep_their_digits_and_a_cut_recording_its_grade() {

@@ -99,7 +99,7 @@ fn steps_become_a_section_of_the_model() {
     save(&recording(5.5, [&x, &y, &z], [&along_x, &still, &along_z], 1), &shell.path("steps.mcap"));
     let args = ["identify", "robot", "DIR/steps.mcap", "--model", "DIR/m.toml", "--json", "DIR/robot.json"];
     let ran = shell.run(&args);
-    assert_eq!((ran.exit, ran.err.as_str()), (0, "DIR/robot.json: written\n"), "{}", ran.out);
+    assert_eq!((ran.exit, ran.err.as_str()), (3, "DIR/robot.json: written\n"), "{}", ran.out);
     let found: Value = serde_json::from_str(&shell.read("robot.json")).unwrap();
     for (name, fn_hz, zeta) in [("z", 5.0, 0.3), ("x", 8.0, 0.6)] {
         let one = axis(&found, name);
@@ -118,21 +118,22 @@ fn steps_become_a_section_of_the_model() {
         "{}",
         ran.out
     );
-    // A lag without a dead time: the loop cannot know a command before it comes.
-    assert!(ran.out.ends_with("[robot.x], [robot.z] written to DIR/m.toml\n"), "{}", ran.out);
+    // A lag without a dead time: the loop cannot know a command before it comes, so that along z no command would take it.
+    assert!(ran.out.ends_with("[robot.x] written to DIR/m.toml\n"), "{}", ran.out);
+    assert_eq!(shell.run(&["stability", "DIR/m.toml"]).exit, 0, "the model is one that the commands take");
     let again = shell.run(&args[..5]);
     assert!(again.exit == 2 && again.err.contains("replace it with --force"), "{}", again.err);
-    assert!(ran.out.contains("refuse a model with this [robot.z]: it is a lag without dead time"), "{}", ran.out);
+    assert!(ran.out.contains("[robot.z] not written to DIR/m.toml: compare"), "{}", ran.out);
+    assert!(ran.out.contains("would refuse the model, since it is a lag without dead time"), "{}", ran.out);
     assert!(ran.out.contains("take the table out to use the delays of timing, or state the dead time"), "{}", ran.out);
     let model = Model::parse("m.toml", &shell.read("m.toml"), &sim_core::effects::standard()).unwrap();
     let robot = model.robot.unwrap();
-    assert_eq!((robot.z.unwrap().form, robot.x.unwrap().form), (RobotForm::Lag, RobotForm::Lag));
+    assert_eq!((robot.z, robot.x.unwrap().form), (None, RobotForm::Lag));
     assert!(robot.y.is_none() && robot.source.starts_with("dockhil identify robot"));
     shell.refuses(
         &args[..5],
         "  × DIR/m.toml: [robot.x]: holds this axis already and was left as it is\n  help: replace it with --force\n",
     );
-    // Another form replaces the first one, and nothing of that is left.
     let flight = fixtures::session("cell-a", "excite.mcap").display().to_string();
     let ran = shell.run(&["identify", "robot", &flight, "--model", "DIR/m.toml", "--force"]);
     assert_eq!(ran.exit, 0, "{}", ran.err);
@@ -330,8 +331,12 @@ fn a_model_never_holds_one_delay_twice() {
     let shell = Shell::with_model();
     let text = shell.read("m.toml");
     let lag = "\n[robot.z]\nform = \"lag\"\nnatural_frequency_hz = 10\ndamping_ratio = 0.5\n";
+    // What the commands that run the loop refuse, the check refuses.
     shell.write("m.toml", &(text.clone() + lag));
-    assert_eq!(shell.run(&["model", "check", "DIR/m.toml"]).exit, 0);
+    for args in [&["model", "check", "DIR/m.toml"][..], &["stability", "DIR/m.toml"]] {
+        let ran = shell.run(args);
+        assert!(ran.exit == 2 && ran.err.contains("is a lag without dead time"), "{args:?}: {}", ran.err);
+    }
     for (wrong, expected) in [
         (format!("{lag}dead_time_s = 0.016\n"), "robot.z is of the form lag, which takes natural_frequency_hz"),
         (lag.replace("\"lag\"", "\"dead-time\""), "robot.z is of the form dead-time, which takes dead_time_s alone"),
@@ -342,7 +347,7 @@ fn a_model_never_holds_one_delay_twice() {
         let ran = shell.run(&["model", "check", "DIR/m.toml"]);
         assert!(ran.exit == 2 && ran.err.contains(expected), "{wrong}: {}", ran.err);
     }
-    let both = lag.replace("\"lag\"", "\"lag-and-dead-time\"") + "dead_time_s = 0.012\n";
+    let both = lag.replace("\"lag\"", "\"lag-and-dead-time\"") + "dead_time_s = 0.024\n";
     shell.write("m.toml", &(text + &both));
     assert_eq!(shell.run(&["model", "check", "DIR/m.toml"]).exit, 0);
 }

@@ -23,6 +23,22 @@ fn one_result_at_most_goes_to_standard_output() {
     assert!(page.out.starts_with("<!DOCTYPE html>") && page.out.trim_end().ends_with("</html>"), "the page alone");
 }
 
+/// One file under two spellings is one file, before it is there too.
+#[test]
+fn no_result_replaces_another() {
+    let shell = Shell::with_model();
+    std::fs::create_dir(shell.path("below")).unwrap();
+    for args in [
+        ["stability", "DIR/m.toml", "--json", "DIR/k.out", "--report", "DIR/./k.out"],
+        ["stability", "DIR/m.toml", "--json", "DIR/below/../k.out", "--report", "DIR/k.out"],
+        ["run", "bench-active", "-o", "DIR/k.out", "--json", "DIR/./k.out"],
+    ] {
+        let ran = shell.run(&args);
+        assert!(ran.exit == 2 && ran.err.contains("is named for two results"), "{args:?}: {}", ran.err);
+        assert!(!shell.path("k.out").exists());
+    }
+}
+
 #[test]
 fn what_was_written_is_said() {
     let shell = Shell::new();

@@ -92,6 +92,8 @@ pub struct FtCalibration {
     pub patterns: Vec<String>,
     /// What is to be known of the recordings: each one that is not whole.
     pub findings: Vec<String>,
+    /// Whether the force stood still in every pose.
+    pub is_steady: bool,
     /// Mean temperature of the poses, if it was given with every recording.
     pub reference_c: Option<f64>,
     /// The same with all its digits.
@@ -143,11 +145,23 @@ pub fn calibrate_ft(request: &FtRequest<'_>) -> Result<FtCalibration, Error> {
             is_enough: found.is_enough(),
         },
         patterns: patterns(&calibration, &poses).iter().map(pattern_words).collect(),
-        findings: gradings(request.sessions),
+        findings: gradings(request.sessions).into_iter().chain(rests.iter().filter_map(drifting)).collect(),
+        is_steady: !rests.iter().any(|rest| rest.drifts),
         reference_c,
         poses: rests,
         calibration,
         found,
+    })
+}
+
+/// What is to be said of a pose whose force does not stand still.
+fn drifting(rest: &RestPose) -> Option<String> {
+    rest.drifts.then(|| {
+        format!(
+            "{}: from {:.1} s to {:.1} s the robot stands and the mean force moves by {:.2} N: not decided; let the sensor warm up, and \
+             see that nothing touches the tool",
+            rest.file, rest.from_s, rest.to_s, rest.force_drift_n
+        )
     })
 }
 

@@ -16,6 +16,10 @@ const REST_MIN_NS: i64 = 500_000_000;
 const SETTLE_NS: i64 = 200_000_000;
 /// What is left out before the next one.
 const LEAVE_NS: i64 = 50_000_000;
+/// A mean that moves by less within a pose does no harm: the error of a sensor. Chosen.
+const DRIFT_MAX_N: f64 = 0.25;
+/// The same in its own standard deviations.
+const DRIFT_SIGMAS: f64 = 5.0;
 /// Fewest samples of the sensor in a pose.
 const SAMPLES_MIN: usize = 20;
 
@@ -38,6 +42,10 @@ pub struct RestPose {
     pub torque_n_m: [f64; 3],
     /// Scatter of single samples, the largest of the three axes.
     pub force_scatter_n: f64,
+    /// By how much the mean force moves from the begin of the pose to its end, the largest of the three axes.
+    pub force_drift_n: f64,
+    /// Whether that is more than noise, and more than a sensor may be wrong.
+    pub drifts: bool,
     /// Temperature of the sensor, as the operator wrote it: `ft_temperature_c`.
     pub temperature_c: Option<f64>,
 }
@@ -74,6 +82,9 @@ pub fn at_rest(session: &Session) -> Result<Vec<RestPose>, Error> {
                 .map(|wrench| (wrench.force_n[axis] - force_n[axis]) * (wrench.force_n[axis] - force_n[axis]));
             squares.sum::<f64>() / readings.len() as f64
         };
+        let drift = |axis: usize| drift_n(&readings.iter().map(|wrench| wrench.force_n[axis]).collect::<Vec<_>>());
+        let [force_drift_n, sd_n] =
+            (0..3).map(drift).fold([0.0; 2], |most, one| if one[0] > most[0] { one } else { most });
         poses.push(RestPose {
             file: session.file.display().to_string(),
             from_s: from_ns as f64 * 1e-9,
@@ -83,10 +94,22 @@ pub fn at_rest(session: &Session) -> Result<Vec<RestPose>, Error> {
             force_n,
             torque_n_m,
             force_scatter_n: libm::sqrt((0..3).map(square).fold(0.0, f64::max)),
+            force_drift_n,
+            drifts: force_drift_n > DRIFT_MAX_N.max(DRIFT_SIGMAS * sd_n),
             temperature_c,
         });
     }
     Ok(poses)
+}
+
+/// From begin to end twice what lies between the means of both halves, as on a ramp; and its noise, by the differences of neighbours,
+/// which a ramp hardly moves.
+fn drift_n(values: &[f64]) -> [f64; 2] {
+    let (first, second) = values.split_at(values.len() / 2);
+    let mean = |half: &[f64]| half.iter().sum::<f64>() / half.len() as f64;
+    let squares = values.windows(2).map(|pair| (pair[1] - pair[0]) * (pair[1] - pair[0]));
+    let variance = 0.5 * squares.sum::<f64>() / (values.len() - 1) as f64;
+    [2.0 * (mean(second) - mean(first)).abs(), 4.0 * libm::sqrt(variance / values.len() as f64)]
 }
 
 /// First and last index of every stretch in which the robot stands.

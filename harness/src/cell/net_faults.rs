@@ -1,5 +1,5 @@
-//! Faults that need another socket, a closed port or a page: which are due, and whether each has acted. [`super::intruder`] does
-//! them.
+//! Faults that need another socket, a closed port or a page: which are due, and whether each has acted. `intruder` beside this
+//! file does them.
 //!
 //! | fault | what the cell does |
 //! |---|---|

@@ -6,7 +6,7 @@ use super::outcome::Exit;
 use crate::calibrate::{FtRequest, calibrate_ft, text, write_calibration};
 use crate::error::Error;
 use crate::model::Editor;
-use crate::recording::{Kind, Session};
+use crate::recording::{Kind, Role, Session};
 use clap::{Args, Subcommand};
 use sim_core::calibration::{Noise, Terms};
 use sim_core::effect::Catalog;
@@ -77,7 +77,7 @@ impl Ft {
         }
         let editor = self.model.as_ref().map(|path| open(path, self.force, catalog)).transpose()?;
         let options = self.reading.options()?;
-        let sessions = self.reading.sessions_as(Kind::Static, &self.recordings, console)?;
+        let sessions = self.reading.sessions_as(Kind::Static, &[Role::Commanded], &self.recordings, console)?;
         inputs::each_once(&sessions.iter().collect::<Vec<_>>())?;
         let noise = self.force_sigma_n.zip(self.torque_sigma_n_m);
         let found = calibrate_ft(&FtRequest {
@@ -91,9 +91,10 @@ impl Ft {
             noise: noise.map(|(force_sigma_n, torque_sigma_n_m)| Noise { force_sigma_n, torque_sigma_n_m }),
         })?;
         let said = text(&found);
+        let is_decided = found.observability.is_enough && found.is_steady;
         let mut about_model = String::new();
         if let (Some(path), Some(mut editor)) = (&self.model, editor) {
-            if found.observability.is_enough {
+            if is_decided {
                 let section = found.section(&source(&sessions, found.poses.len()), options.map.axis.travel);
                 write_calibration(&mut editor, &section);
                 editor.save(catalog)?;
@@ -111,7 +112,7 @@ impl Ft {
         } else {
             console.print(&(said + &about_model));
         }
-        Ok(if found.observability.is_enough { Exit::Pass } else { Exit::Undecided })
+        Ok(if is_decided { Exit::Pass } else { Exit::Undecided })
     }
 }
 

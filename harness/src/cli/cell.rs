@@ -25,9 +25,6 @@ const PATIENCE_MS: u64 = 1000;
 /// How a cell is run.
 #[derive(Debug, Clone, Args)]
 pub struct Running {
-    /// The cell: a file, or the name of one inside the program.
-    #[arg(long, value_name = "CELL.toml")]
-    pub cell: PathBuf,
     /// Save what was exchanged as a recording; `compare` and `diagnose` read it.
     #[arg(short, long, value_name = "S.mcap")]
     pub output: Option<PathBuf>,
@@ -69,6 +66,9 @@ pub struct Timed {
 /// Arguments of `dockhil cell`.
 #[derive(Debug, Args)]
 pub struct Arguments {
+    /// The cell: a file, or the name of one inside the program.
+    #[arg(long, value_name = "CELL.toml", required_unless_present = "list_faults")]
+    cell: Option<PathBuf>,
     #[command(flatten)]
     running: Running,
     #[command(flatten)]
@@ -77,14 +77,14 @@ pub struct Arguments {
     #[arg(long, value_name = "FOLDER")]
     extract: Option<PathBuf>,
     /// List the faults of the wire with their parameters, and end.
-    #[arg(long, exclusive = true)]
+    #[arg(long, conflicts_with = "cell")]
     list_faults: bool,
 }
 
 impl Running {
     /// Reads the cell, and refuses now what could not be written later.
-    pub fn read(&self) -> Result<Cell, Error> {
-        let mut cell = Cell::find(&self.cell)?;
+    pub fn read(&self, cell: &Path) -> Result<Cell, Error> {
+        let mut cell = Cell::find(cell)?;
         if let Some(velocity_m_per_s) = self.velocity {
             if velocity_m_per_s.is_nan() || velocity_m_per_s.abs() > 10.0 {
                 let what = format!("--velocity {velocity_m_per_s} m/s is outside [-10, 10]");
@@ -170,14 +170,14 @@ impl Timed {
 impl Arguments {
     /// Does what was asked for.
     pub fn run(&self, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Exit, Error> {
-        if self.list_faults {
+        let Some(named) = &self.cell else {
             console.print(&fault_list::text());
             return Ok(Exit::Pass);
-        }
+        };
         if let Some(folder) = &self.extract {
-            return self.extract(folder, console);
+            return self.extract(named, folder, console);
         }
-        let cell = self.running.read()?;
+        let cell = self.running.read(named)?;
         // What is wrong with the cell is said before anybody is waited for.
         cell.model(catalog)?;
         let addresses = Addresses::of(&cell);
@@ -207,8 +207,8 @@ fn told(cell: &Cell, nth: usize, address: SocketAddr) -> Result<String, Error> {
 }
 
 impl Arguments {
-    fn extract(&self, folder: &Path, console: &mut Console<'_>) -> Result<Exit, Error> {
-        let cell = Cell::find(&self.running.cell)?;
+    fn extract(&self, named: &Path, folder: &Path, console: &mut Console<'_>) -> Result<Exit, Error> {
+        let cell = Cell::find(named)?;
         let name = cell.source.file.file_name().unwrap_or_default();
         let beside = cell.config.robots.iter().map(|robot| robot.rsi.as_str()).zip(&cell.rsi);
         let mut files = vec![(folder.join(name), &cell.source)];

@@ -13,6 +13,9 @@ use sim_core::effect::Catalog;
 use sim_core::space::Axis;
 use std::path::{Path, PathBuf};
 
+/// The axis along which the loop runs.
+const TRAVEL: &str = "z";
+
 /// Arguments of `dockhil identify`.
 #[derive(Debug, Args)]
 pub struct Arguments {
@@ -61,7 +64,7 @@ impl Robot {
             inputs::not_read(path, read())?;
         }
         let editor = self.model.as_ref().map(|path| inputs::editor_along(path, catalog)).transpose()?;
-        let sessions = self.reading.sessions_as(Kind::FreeFlight, &self.recordings, console)?;
+        let sessions = self.reading.sessions_as(Kind::FreeFlight, &[], &self.recordings, console)?;
         inputs::each_once(&sessions.iter().collect::<Vec<_>>())?;
         let progress = console.progress();
         progress.say("fitting a lag, a dead time, and both");
@@ -73,16 +76,19 @@ impl Robot {
         if let (Some(path), Some(mut editor)) = (&self.model, editor) {
             keeps_old(&editor, &robot, path, self.force)?;
             about_model += &left_out(path, &robot);
-            if robot.axes.iter().any(|axis| axis.is_decided) {
-                write_robot(&mut editor, &robot, &source(&sessions));
-                let changed = Model::parse(&path.display().to_string(), &editor.text(), catalog)?;
-                if let Err(error) = changed.clone().with_identified_robot() {
-                    about_model += &refused(path, &robot, error);
-                    is_usable = false;
-                } else {
-                    editor.save(catalog)?;
-                    about_model += &written(path, &robot, &changed);
-                }
+            let mut kept = robot.clone();
+            write_robot(&mut editor, &kept, &source(&sessions));
+            let written_model = |editor: &Editor| Model::parse(&path.display().to_string(), &editor.text(), catalog);
+            if let Err(error) = written_model(&editor)?.with_identified_robot() {
+                about_model += &refused(path, &error);
+                is_usable = false;
+                kept.axes.retain(|axis| axis.axis != TRAVEL);
+                editor = inputs::editor_along(path, catalog)?;
+                write_robot(&mut editor, &kept, &source(&sessions));
+            }
+            if kept.axes.iter().any(|axis| axis.is_decided) {
+                editor.save(catalog)?;
+                about_model += &written(path, &kept, &written_model(&editor)?);
             }
         }
         if let Some(path) = &self.json {
@@ -117,7 +123,7 @@ fn places(robot: &RobotIdentification, are_decided: bool) -> String {
 /// What the commands make of what was written, and what it is.
 fn written(path: &Path, robot: &RobotIdentification, model: &Model) -> String {
     let written = format!("{} written to {}\n", places(robot, true), path.display());
-    if !robot.axes.iter().any(|axis| axis.is_decided && axis.axis == "z") {
+    if !robot.axes.iter().any(|axis| axis.is_decided && axis.axis == TRAVEL) {
         return format!("no command that runs the loop uses these axes: it runs along z\n{written}");
     }
     let stated_ms = number(1e3 * (model.timing.command_delay_s + model.timing.measurement_delay_s));
@@ -127,14 +133,14 @@ fn written(path: &Path, robot: &RobotIdentification, model: &Model) -> String {
     )
 }
 
-/// Why nothing was written: the commands that run the loop would refuse the model.
-fn refused(path: &Path, robot: &RobotIdentification, error: Error) -> String {
+/// Why the axis of travel was not written.
+fn refused(path: &Path, error: &Error) -> String {
     format!(
-        "{} not written to {}: compare, diagnose, ladder, replay, run and stability would refuse the model, since [robot.z] {}; {}\n",
-        places(robot, true),
+        "[robot.{TRAVEL}] not written to {}: compare, diagnose, ladder, replay, run and stability would refuse the model, since it {}; \
+         {}\n",
         path.display(),
         error.what,
-        error.help.unwrap_or_default()
+        error.help.as_deref().unwrap_or_default()
     )
 }
 

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::model::{Editor, Model, SpaceModel};
-use crate::recording::{Kind, Map, ReadOptions, Session, read};
+use crate::recording::{Kind, Map, ReadOptions, Role, Session, read};
 use clap::Args;
 use rayon::prelude::*;
 use sim_core::effect::Catalog;
@@ -43,9 +43,16 @@ impl Reading {
         read_all(paths, &self.options()?, console)
     }
 
-    /// The same for a command that does not ask what was done in a recording: none needs to say it.
-    pub fn sessions_as(&self, kind: Kind, paths: &[PathBuf], console: &Console<'_>) -> Result<Vec<Session>, Error> {
+    /// The same for a command that does not ask what was done in a recording: none needs to say it; nor does it need these roles.
+    pub fn sessions_as(
+        &self,
+        kind: Kind,
+        unneeded: &[Role],
+        paths: &[PathBuf],
+        console: &Console<'_>,
+    ) -> Result<Vec<Session>, Error> {
         let mut options = self.options()?;
+        options.map.optional.extend(unneeded);
         options.map.kind.get_or_insert(kind);
         read_all(paths, &options, console)
     }

@@ -46,7 +46,7 @@ pub struct Arguments {
 #[serde(untagged)]
 enum Answered {
     Along(Box<Answer>),
-    Space(SpaceAnswer),
+    Space(Box<SpaceAnswer>),
 }
 
 impl Arguments {
@@ -67,7 +67,7 @@ impl Arguments {
         let subject = self.subject(catalog)?;
         let sides = self.chart.as_ref().map(|chart| sides(chart, &subject)).transpose()?;
         let answer = match &subject {
-            Subject::Space(model) => assess_space(model).map(Answered::Space),
+            Subject::Space(model) => assess_space(model).map(|answer| Answered::Space(Box::new(answer))),
             along => assess(along).map(|answer| Answered::Along(Box::new(answer))),
         };
         let answer = answer.map_err(|error| match &self.model {

@@ -16,6 +16,7 @@ use drivers::rsi::Transport;
 use sim_core::effect::Catalog;
 use sim_core::space::Axis;
 use std::net::{SocketAddr, TcpListener, UdpSocket};
+use std::path::PathBuf;
 use std::time::Duration;
 
 /// How long a program may take to end by itself after the exchange. Chosen: a controller notices silence within a second or two.
@@ -31,6 +32,9 @@ pub struct Arguments {
     /// `{position}` and `{velocity}` where and how fast the run begins along z, in m and m/s.
     #[arg(long, value_name = "COMMAND")]
     controller: String,
+    /// The cell: a file, or the name of one inside the program.
+    #[arg(long, value_name = "CELL.toml")]
+    cell: PathBuf,
     #[command(flatten)]
     running: Running,
     #[command(flatten)]
@@ -68,7 +72,7 @@ impl Arguments {
         if let Some((what, help)) = refusal {
             return Err(Error::new(what).place("argument --controller").help(help));
         }
-        let cell = self.running.read()?;
+        let cell = self.running.read(&self.cell)?;
         cell.model(catalog)?;
         let starts =
             [("{position}", "--position", self.running.position), ("{velocity}", "--velocity", self.running.velocity)];
@@ -138,7 +142,7 @@ impl Arguments {
             page.set_port(0);
         }
         let mut wires = Wires::bind(cell, &addresses, self.timed.pace(cell), self.timed.ready())?;
-        let mut values = vec![("{ft}", wires.sensor().to_string()), ("{cell}", named(&self.running.cell))];
+        let mut values = vec![("{ft}", wires.sensor().to_string()), ("{cell}", named(&self.cell))];
         for (key, address) in ["{rsi}", "{rsi2}"].into_iter().zip(&addresses.robots) {
             values.push((key, address.to_string()));
         }

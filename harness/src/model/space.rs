@@ -201,6 +201,17 @@ impl SpaceModel {
             let help = "correct the value; see the keys with: dockhil model schema --space";
             return refuse(&format!("{table}.{}", refusal.name), format!("{table}: {refusal}"), help);
         }
+        if let GeometryModel::Cone { throat_radius_m, tip_radius_m, .. } = model.geometry
+            && tip_radius_m > throat_radius_m
+        {
+            return refuse(
+                "geometry.tip_radius_m",
+                format!(
+                    "tip_radius_m = {tip_radius_m} m is above throat_radius_m = {throat_radius_m} m: it does not fit"
+                ),
+                "a tip docks in the throat: make it smaller, or the throat wider",
+            );
+        }
         let effects: Vec<&EffectModel> = model.effects.iter().collect();
         check_effects(&List { effects: &effects, rig: RigKind::Docking, name, text, catalog })?;
         Ok(model)

@@ -363,7 +363,10 @@ fn damping_margins(linear: &Linear, software: Option<&SampledInterval>) -> Resul
         (None, Some(edges)) => (*edges, linear.sampled.virtual_damping_n_s_per_m),
         (None, None) => return Ok([None, None]),
     };
-    let low = Margin::to_edge(here - edges.low_n_s_per_m, edges.low_n_s_per_m);
+    // Where neither is needed, all of the larger one may go.
+    let free = edges.low_n_s_per_m == 0.0 && linear.computes;
+    let goes = if free { here.max(linear.sampled.virtual_damping_n_s_per_m) } else { here - edges.low_n_s_per_m };
+    let low = Margin::to_edge(goes, edges.low_n_s_per_m);
     Ok([Some(low), Some(Margin::to_edge(edges.high_n_s_per_m - here, edges.high_n_s_per_m))])
 }
 

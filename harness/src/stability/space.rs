@@ -10,6 +10,7 @@ use sim_core::compensator::Architecture;
 use sim_core::refusal::Refusal;
 use sim_core::stability::budget::{Contributor, Path, Stiffness, budget, second_order_delay_s};
 use sim_core::stability::space::{Carrier, SpaceLoop};
+use std::cell::Cell;
 
 /// A root of a lower frequency is real: rounding of the eigenvalues.
 const REAL_RAD_PER_S: f64 = 1e-9;
@@ -19,6 +20,8 @@ const ROOTS: usize = 6;
 const DELAY_MAX_S: f64 = 0.32;
 /// The shortest delay that counts in the search for the damping, in s.
 const SHORTEST_S: f64 = 1e-4;
+/// Cubes of rows of all matrices that a search may look at: about a second.
+const EFFORT_MAX: f64 = 2e8;
 /// Steps of a search, and halvings of the last: a delay is found to 10 µs.
 const STEPS: i32 = 32;
 const HALVINGS: usize = 10;
@@ -58,6 +61,8 @@ pub struct SpaceAnswer {
     pub damping_margin_low: Option<Margin>,
     /// Damping of the contact that may be added along its normal; negative: that is too much.
     pub damping_margin_high: Option<Margin>,
+    /// The margins were not searched to the end: delay times stiffness is out of proportion.
+    pub search_gave_up: bool,
     /// Who makes the force along the normal late.
     pub budget: Vec<Budgeted>,
     /// What the model holds and the prediction does not.
@@ -93,7 +98,13 @@ pub fn assess_space(model: &SpaceModel) -> Result<SpaceAnswer, Error> {
     let holds = stiffness_n_per_m > 0.0;
     let budget = holds.then(|| budget(reduced_mass_kg, stiffness, &contributors)).transpose().map_err(refused)?;
     let delay_s = budget.as_ref().map(|budget| budget.delay_s);
-    let [low, high] = damping_margins(&space, stable, damping_n_s_per_m).map_err(refused)?;
+    let searched = margins(&space, stable, delay_s, damping_n_s_per_m);
+    let search_gave_up = matches!(searched, Err(Stop::Effort));
+    let [delay_margin, low, high] = match searched {
+        Ok(margins) => margins,
+        Err(Stop::Effort) => [None; 3],
+        Err(Stop::Refused(refusal)) => return Err(refused(refusal)),
+    };
     Ok(SpaceAnswer {
         schema: 1,
         stable,
@@ -106,9 +117,10 @@ pub fn assess_space(model: &SpaceModel) -> Result<SpaceAnswer, Error> {
         virtual_delay_s: space.virtual_delay_s,
         roots: spectrum.roots.iter().map(root).collect(),
         free_directions: spectrum.rigid_modes,
-        delay_margin: delay_margin(&space, stable, delay_s).map_err(refused)?,
+        delay_margin,
         damping_margin_low: low,
         damping_margin_high: high,
+        search_gave_up,
         budget: budget.iter().flat_map(|budget| &budget.lines).map(Budgeted::of).collect(),
         left_out,
         undecided_by,
@@ -176,6 +188,7 @@ fn pressed(model: &SpaceModel) -> Result<Pressed, Refusal> {
              scenario, and judge its forces across"
                 .to_owned(),
         );
+        undecided_by.push("friction".to_owned());
     }
     let felt = if software.architecture == Architecture::PureSoftware { 0.0 } else { 1.0 };
     let added = if software.architecture == Architecture::PureHardware { 0.0 } else { 1.0 };
@@ -225,8 +238,39 @@ fn normal(geometry: &GeometryModel) -> Vector3<f64> {
     }
 }
 
+/// Why a search ended without an answer.
+enum Stop {
+    /// A loop without meaning.
+    Refused(Refusal),
+    /// It would take too long.
+    Effort,
+}
+
+impl From<Refusal> for Stop {
+    fn from(refusal: Refusal) -> Self {
+        Stop::Refused(refusal)
+    }
+}
+
+/// Answers whether loops are stable, until that takes too long.
+struct Search {
+    spent: Cell<f64>,
+}
+
+impl Search {
+    fn is_stable(&self, space: &SpaceLoop) -> Result<bool, Stop> {
+        let system = space.system()?;
+        let rows = system.rows() as f64;
+        self.spent.set(self.spent.get() + rows * rows * rows);
+        if self.spent.get() > EFFORT_MAX {
+            return Err(Stop::Effort);
+        }
+        Ok(system.rightmost(1)?.stable())
+    }
+}
+
 /// The first value on the way to `far` at which the answer is another one, with more of the steps near 0.
-fn first_change(far: f64, is: &dyn Fn(f64) -> Result<bool, Refusal>) -> Result<Option<f64>, Refusal> {
+fn first_change(far: f64, is: &dyn Fn(f64) -> Result<bool, Stop>) -> Result<Option<f64>, Stop> {
     let at = |step: i32| far * (f64::from(step) / f64::from(STEPS)) * (f64::from(step) / f64::from(STEPS));
     let here = is(0.0)?;
     for step in 1..=STEPS {
@@ -243,25 +287,37 @@ fn first_change(far: f64, is: &dyn Fn(f64) -> Result<bool, Refusal>) -> Result<O
     Ok(None)
 }
 
+/// The margin of delay, and those of damping down and up.
+fn margins(space: &SpaceLoop, stable: bool, delay_s: Option<f64>, damping: f64) -> Result<[Option<Margin>; 3], Stop> {
+    let search = Search { spent: Cell::new(0.0) };
+    let delay = delay_margin(&search, space, stable, delay_s)?;
+    let [low, high] = damping_margins(&search, space, stable, damping)?;
+    Ok([delay, low, high])
+}
+
 /// The delay at which the answer changes, added to both paths.
-fn delay_margin(space: &SpaceLoop, stable: bool, delay_s: Option<f64>) -> Result<Option<Margin>, Refusal> {
+fn delay_margin(
+    search: &Search,
+    space: &SpaceLoop,
+    stable: bool,
+    delay_s: Option<f64>,
+) -> Result<Option<Margin>, Stop> {
     let shortest_s = space.felt_delay_s.min(space.virtual_delay_s);
     let far_s = if stable { DELAY_MAX_S } else { -shortest_s };
-    let is_stable = |added_s: f64| -> Result<bool, Refusal> {
-        let moved = SpaceLoop {
+    let is_stable = |added_s: f64| {
+        search.is_stable(&SpaceLoop {
             felt_delay_s: (space.felt_delay_s + added_s).max(0.0),
             virtual_delay_s: (space.virtual_delay_s + added_s).max(0.0),
             ..*space
-        };
-        Ok(moved.system()?.rightmost(1)?.stable())
+        })
     };
     Ok(first_change(far_s, &is_stable)?.map(|distance| Margin::to_edge(distance, delay_s.unwrap_or(0.0) + distance)))
 }
 
 /// The damping of the contact along its normal at which the answer changes: what may go, and what may be added.
-fn damping_margins(space: &SpaceLoop, stable: bool, here: f64) -> Result<[Option<Margin>; 2], Refusal> {
-    let damped = |added: f64| SpaceLoop { damping_n_s_per_m: space.damping_n_s_per_m + added, ..*space };
-    let is_stable = |added: f64| -> Result<bool, Refusal> { Ok(damped(added).system()?.rightmost(1)?.stable()) };
+fn damping_margins(search: &Search, space: &SpaceLoop, stable: bool, here: f64) -> Result<[Option<Margin>; 2], Stop> {
+    let is_stable =
+        |added: f64| search.is_stable(&SpaceLoop { damping_n_s_per_m: space.damping_n_s_per_m + added, ..*space });
     // One delay τ alone bears π m / 2 τ of damping; twice that is beyond any edge.
     let far = core::f64::consts::PI * space.reduced_mass_kg() / space.felt_delay_s.max(SHORTEST_S);
     let low_edge = |change: f64| Margin::to_edge(-change, here + change);

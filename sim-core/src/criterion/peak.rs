@@ -216,4 +216,21 @@ mod tests {
         let one = PeakForce { axis: None, at_most_n: 2.5 }.judge(&one);
         assert_eq!((one.value, one.why.as_str()), (Some(2.0), "largest reading of the sensor, of either sign"));
     }
+
+    /// A loop that is all software: the sensor is empty, the satellites feel 8 N.
+    #[test]
+    fn an_empty_sensor_is_not_the_largest_force() {
+        let time = || Cow::Owned((0..4).map(|tick| Nanos(tick * 4_000_000)).collect::<Vec<_>>());
+        let along =
+            Along { feedback: Some(Cow::Owned([0.0, 8.0, 3.0, 0.0].to_vec())), ..felt(ObservedAxis::Z, [0.1, -0.2]) };
+        let run =
+            Observation { loop_time: time(), sensor_time: time(), along: [along].to_vec(), ..Observation::default() };
+        let peak = peak_force_size(&run).unwrap();
+        assert_eq!((peak.value.value, peak.at), (8.0, Nanos(4_000_000)), "{peak:?}");
+        assert!(peak.about.contains("net force"), "{}", peak.about);
+        // Where the sensor felt a contact, it is what the hardware felt.
+        let hardware = Along { sensed: Some(Cow::Owned([0.0, 5.0].to_vec())), ..run.along[0].clone() };
+        let run = Observation { along: [hardware].to_vec(), ..run };
+        assert_eq!(peak_force_size(&run).unwrap().value.value.to_bits(), 5.0_f64.to_bits());
+    }
 }

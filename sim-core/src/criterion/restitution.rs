@@ -362,4 +362,18 @@ mod tests {
             assert!(verdict.value.unwrap() < -0.8 && verdict.why.starts_with("it did not rebound"), "{verdict:?}");
         }
     }
+
+    /// A net force that pulls the satellites away for good: 20 times the speed of the approach, and no rebound.
+    #[test]
+    fn a_run_that_ran_away_has_no_restitution() {
+        let half_sine =
+            |time_s: f64| if (0.3..0.5).contains(&time_s) { 17.0 * libm::sin(PI * (time_s - 0.3) / 0.2) } else { 0.0 };
+        let docked = run(half_sine, Some(half_sine));
+        assert!(speeds(&docked, ObservedAxis::Z, Release::ZeroForce).is_ok());
+        let gone = run(|time_s| half_sine(time_s) * 25.0, Some(|_| 0.0));
+        let why = speeds(&gone, ObservedAxis::Z, Release::ZeroForce).unwrap_err();
+        assert!(why.0.contains("ran away"), "{why}");
+        let why = crate::criterion::contact_duration(&gone, ObservedAxis::Z).unwrap_err();
+        assert!(why.0.contains("ran away"), "{why}");
+    }
 }

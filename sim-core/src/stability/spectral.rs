@@ -182,6 +182,11 @@ impl DelayedSystem {
         Ok(spectrum)
     }
 
+    /// Rows of the matrix whose eigenvalues `rightmost` takes: its time goes with their third power.
+    pub fn rows(&self) -> usize {
+        if self.now.nrows() == 0 { 0 } else { (self.nodes().1 + 1) * self.now.nrows() }
+    }
+
     /// Δ(s) and its derivative.
     pub fn characteristic(&self, s: Complex<f64>) -> (DMatrix<Complex<f64>>, DMatrix<Complex<f64>>) {
         let n = self.now.nrows();

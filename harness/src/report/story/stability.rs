@@ -8,6 +8,8 @@ use sim_core::stability::exact::critical_delay;
 
 /// A slower growth is rounding: it doubles in thirty years.
 const NEUTRAL_PER_S: f64 = 1e-9;
+/// A larger share of an edge near 0 says nothing.
+const PER_CENT_MAX: f64 = 1000.0;
 /// Points of the closed form over a chart.
 const CURVE_POINTS: usize = 200;
 
@@ -64,8 +66,8 @@ pub(super) fn nearer(low: Option<&Margin>, high: Option<&Margin>, along: &str) -
 
 /// `2 ms (12 % of the edge)`.
 pub(super) fn margin(margin: &Margin, unit: &str) -> String {
-    let share =
-        margin.per_cent.map(|share| format!(" ({} % of the edge)", figures(share.abs(), 2))).unwrap_or_default();
+    let told = margin.per_cent.filter(|share| share.abs() < PER_CENT_MAX);
+    let share = told.map(|share| format!(" ({} % of the edge)", figures(share.abs(), 2))).unwrap_or_default();
     format!("{}{share}", value(margin.distance.abs(), unit))
 }
 

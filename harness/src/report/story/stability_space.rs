@@ -53,9 +53,14 @@ fn linear(answer: &SpaceAnswer) -> String {
         let damping = nearer(low, high, " along the normal");
         let margins: Vec<String> = delay.into_iter().chain(damping).collect();
         return match margins.is_empty() {
+            true if answer.search_gave_up => "stable; its margins were not searched".to_owned(),
             true => "stable, and no delay and no damping that was tried changes it".to_owned(),
             false => format!("stable; margin {}", margins.join(" and ")),
         };
+    }
+    if answer.search_gave_up {
+        return "unstable; what makes it stable was not searched: delay times stiffness is out of proportion"
+            .to_owned();
     }
     match (&answer.damping_margin_low, &answer.damping_margin_high, delay) {
         (Some(low), ..) if low.distance <= 0.0 => {
