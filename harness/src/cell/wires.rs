@@ -4,7 +4,7 @@
 //! |---|---|
 //! | virtual | when every robot that was sent a frame has its answer; after `patience` without one, that answer counts as missing |
 //! | virtual, and a fault has changed a frame or closed a port | the same, but after at most 50 ms: there may be no answer |
-//! | real | at its end, a cycle after the last one, whatever came |
+//! | real | the same, but at the latest when the next one begins; each packet is sent when its time has come |
 //!
 //! Within a cycle the F/T packets are sent before the frames. A datagram on loopback is in the receiver's socket when the call that
 //! sends it returns: who has read the frame finds all readings of the cycle. Over TCP a frame may come in pieces, of which the last
@@ -318,6 +318,17 @@ impl Wires {
         Ok(())
     }
 
+    /// Waits until this time, and hears what comes meanwhile.
+    fn wait_until(&mut self, time: Nanos, answers: &mut Answers) -> Result<(), Error> {
+        loop {
+            let left = time - self.clock.now();
+            if left.0 <= 0 || answers.gone || answers.interrupted {
+                return Ok(());
+            }
+            self.look(Duration::from_nanos(left.0.unsigned_abs()), answers)?;
+        }
+    }
+
     /// Waits until every robot has as many answers as it sent frames, or until the end of the cycle.
     fn collect(&mut self, sent: Nanos, end: Nanos, expected: &mut [u64], answers: &mut Answers) -> Result<(), Error> {
         let mut seen = answers.replies.len();
@@ -332,7 +343,7 @@ impl Wires {
                 }
             }
             seen = answers.replies.len();
-            let is_done = matches!(self.pace, Pace::Virtual { .. }) && expected.iter().all(|missing| *missing == 0);
+            let is_done = expected.iter().all(|missing| *missing == 0);
             if is_done || answers.gone || answers.interrupted || now >= end {
                 self.timing.missing += expected.iter().sum::<u64>();
                 return Ok(());
@@ -395,27 +406,31 @@ impl Peer for Wires {
             }
         };
         let mut expected = vec![0; self.robots.len()];
-        let now = self.clock.now();
+        let mut sent = None;
+        for packet in packets {
+            if let Pace::Real(_) = self.pace {
+                self.wait_until(begun + packet.at, answers)?;
+            }
+            if let Line::Robot(nth) = packet.line {
+                expected[nth] += 1;
+                sent.get_or_insert_with(|| self.clock.now());
+            }
+            self.send(packet)?;
+        }
+        let sent = sent.unwrap_or_else(|| self.clock.now());
         let end = match self.pace {
             Pace::Virtual { patience } => {
                 let is_sound = packets.iter().all(|packet| packet.is_sound) && !self.intruder.is_in_doubt();
-                let limit = if is_sound { patience } else { patience.min(DOUBT) };
-                now + nanos(limit)
+                sent + nanos(if is_sound { patience } else { patience.min(DOUBT) })
             }
             Pace::Real(period) => {
-                let late_ns = (now - begun).0 - cycle as i64 * period.0;
+                let late_ns = (sent - begun).0 - cycle as i64 * period.0;
                 let [sum_ns, most_ns] = self.timing.late_ns;
                 self.timing.late_ns = [sum_ns + late_ns, most_ns.max(late_ns)];
                 begun + Nanos((cycle as i64 + 1) * period.0)
             }
         };
-        for packet in packets {
-            self.send(packet)?;
-            if let Line::Robot(nth) = packet.line {
-                expected[nth] += 1;
-            }
-        }
-        self.collect(now, end, &mut expected, answers)?;
+        self.collect(sent, end, &mut expected, answers)?;
         self.timing.cycles += 1;
         self.timing.total_ns = (self.clock.now() - begun).0;
         self.timing.busy_ns = self.timing.total_ns - self.waited_ns;

@@ -10,7 +10,8 @@ pub enum Exit {
     Failed = 1,
     /// Wrong usage, or a bad file: an [`Error`](crate::error::Error) says where and what to do.
     BadInput = 2,
-    /// The recordings do not decide it: a margin below what the sensor resolves, or effects that look the same.
+    /// The recordings do not decide it: a margin below what the sensor resolves, or effects that look the same; or a
+    /// prediction leaves out what may turn its answer round.
     Undecided = 3,
     /// Nothing in the files that the command could work on.
     NothingToRun = 4,

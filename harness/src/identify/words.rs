@@ -105,10 +105,9 @@ fn overshoot(damping: f64) -> f64 {
 }
 
 fn coupling_words(other: &Coupling) -> String {
-    // The largest of some hundred means of pure noise lies at three of its standard deviations.
     let floor = NOISES * other.noise_percent;
     if other.percent < floor {
-        return format!("{} below {floor:.1} %", other.axis);
+        return format!("{} not resolved below {floor:.1} %", other.axis);
     }
     format!("{} {:.1} ± {:.1} %", other.axis, other.percent, other.noise_percent)
 }

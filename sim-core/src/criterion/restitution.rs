@@ -87,14 +87,15 @@ pub fn speeds(run: &Observation<'_>, axis: ObservedAxis, release: Release) -> Re
         if let Some(at_s) = pushes_at(run, along, from_s, from_s + WINDOW_S) {
             return Err(Missing(format!("it touches again at {at_s:.3} s, within 160 ms of {}", release.words())));
         }
-        Ok((release_s, mean_velocity(run, along, from_s, from_s + WINDOW_S)?, "average speeds of 100 ms"))
+        let about = format!("average speeds of 100 ms{}", turning(run, along, release_s, from_s));
+        Ok((release_s, mean_velocity(run, along, from_s, from_s + WINDOW_S)?, about))
     };
     let (release_s, after, about) = match release {
         Release::ZeroDepth => released(depth_s)?,
         Release::ZeroForce => match (&force_s, &depth_s) {
             (Ok(force_s), depth_s) if pulls(run, along, *force_s, depth_s.as_ref().ok().copied())? => {
                 let about = "speed at f = 0 itself, since the net force pulls afterwards";
-                (*force_s, speed_at(run, along, *force_s)?, about)
+                (*force_s, speed_at(run, along, *force_s)?, String::from(about))
             }
             // Without the net force the sensor tells when nothing is felt.
             _ => released(force_s.or(Ok(touched.end_s)))?,
@@ -157,6 +158,21 @@ fn back_at_zero_depth(run: &Observation<'_>, along: &Along<'_>, begin_s: f64, pe
     let share = if high > low { (plane_m - low) / (high - low) } else { 0.0 };
     let (late_s, early_s) = (run.loop_time[out].seconds(), run.loop_time[out - 1].seconds());
     Ok(late_s - share * (late_s - early_s))
+}
+
+/// A tip that turns about the centre of its satellite changes its speed without a force: by how much from the release to the middle
+/// of the average, where that is more than noise. Nothing along one axis.
+fn turning(run: &Observation<'_>, along: &Along<'_>, release_s: f64, from_s: f64) -> String {
+    let middle_s = from_s + 0.5 * WINDOW_S;
+    let halves = (mean_velocity(run, along, from_s, middle_s), mean_velocity(run, along, middle_s, from_s + WINDOW_S));
+    let (Ok(first), Ok(second)) = halves else { return String::new() };
+    let change = second.value - first.value;
+    let noise = 2.0 * (first.sd.unwrap_or(0.0) + second.sd.unwrap_or(0.0));
+    if !run.along.iter().any(|along| along.axis.turns()) || change.abs() <= noise {
+        return String::new();
+    }
+    let since_m_per_s = change / (0.5 * WINDOW_S) * (middle_s - release_s);
+    format!(", in which the tip turns on: its speed has changed by {since_m_per_s:+.4} m/s since the release")
 }
 
 /// Where the net force pushes again after its first f = 0 and before the last touch: its last f = 0, on the line between two ticks.
@@ -375,5 +391,20 @@ mod tests {
         assert!(why.0.contains("ran away"), "{why}");
         let why = crate::criterion::contact_duration(&gone, ObservedAxis::Z).unwrap_err();
         assert!(why.0.contains("ran away"), "{why}");
+    }
+
+    /// A coasting speed that falls by 0.02 m/s² in a run with angles: from the release to the middle of the average that is 2.2 mm/s.
+    #[test]
+    fn a_tip_that_turns_on_is_told() {
+        let felt: fn(f64) -> f64 = |at_s| bump(10.0, 0.2, 0.4, at_s);
+        let mut docked = run(felt, Some(felt));
+        let along = docked.along[0].after.as_mut().unwrap().to_mut();
+        for (speed, time) in along.iter_mut().zip(times()) {
+            *speed -= 0.02 * (time.seconds() - 0.4).max(0.0);
+        }
+        let about = |run: &Observation<'_>| speeds(run, ObservedAxis::Z, Release::ZeroForce).unwrap().about;
+        assert!(!about(&docked).contains("turns on"), "along one axis nothing turns");
+        docked.along.push(Along { axis: ObservedAxis::AboutX, ..Along::default() });
+        assert!(about(&docked).contains("changed by -0.0022 m/s since the release"), "{}", about(&docked));
     }
 }
