@@ -8,7 +8,7 @@
 # | pynetft | 2.1.3 | Apache-2.0 | ATI Net F/T over RDT, native core  | Client(Config(…, calibration_override=…)) |
 # | NetFT   | 2.0.1 | BSD        | ATI Net F/T over RDT, port 49152   | Sensor(host).startStreaming(False) |
 #
-# All are on PyPI. Neither Debian nor npm has a client of RSI or RDT.
+# All are on PyPI. In the package lists of Debian 12 and of npm no client of RSI or RDT was found (by name and description, 2026-11).
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 venv=${DOCKHIL_VENV:-${XDG_CACHE_HOME:-$HOME/.cache}/dockhil/third_party}
