@@ -12,6 +12,8 @@ use std::time::Duration;
 
 /// What is kept of a program's output, in bytes: its end says why it failed.
 const OUTPUT_BYTES_MAX: usize = 64 << 10;
+/// How long the rest of what a program printed may take to be read.
+const DRAIN: Duration = Duration::from_secs(2);
 /// How often a program that should end by itself is looked at.
 const LOOK: Duration = Duration::from_millis(20);
 
@@ -21,6 +23,7 @@ pub struct Started {
     output: Arc<Mutex<Vec<u8>>>,
     readers: Vec<JoinHandle<()>>,
     status: Option<ExitStatus>,
+    is_stopped: bool,
 }
 
 /// How a program ended.
@@ -81,7 +84,7 @@ impl Started {
         let mut readers = Vec::new();
         readers.extend(child.stdout.take().map(|stream| keep(stream, &output)));
         readers.extend(child.stderr.take().map(|stream| keep(stream, &output)));
-        Ok(Started { child, output, readers, status: None })
+        Ok(Started { child, output, readers, status: None, is_stopped: false })
     }
 
     /// Whether it has ended.
@@ -102,9 +105,12 @@ impl Started {
         let was_stopped = !self.has_ended();
         self.kill();
         let code = self.status.and_then(|status| status.code());
-        // A program that it started may hold the streams open: what came until now is kept.
-        let readers = std::mem::take(&mut self.readers);
-        readers.into_iter().filter(JoinHandle::is_finished).for_each(|reader| drop(reader.join()));
+        // A program that left its group may hold the streams open: what has come until then is kept.
+        let mut looks = DRAIN.as_millis() / LOOK.as_millis();
+        while !self.readers.iter().all(JoinHandle::is_finished) && looks > 0 {
+            std::thread::sleep(LOOK);
+            looks -= 1;
+        }
         let output = self.output.lock().map(|kept| String::from_utf8_lossy(&kept).into_owned()).unwrap_or_default();
         Ended { code, was_stopped, output }
     }
@@ -113,6 +119,9 @@ impl Started {
 impl Started {
     /// Stops the program and whatever it has started.
     fn kill(&mut self) {
+        if std::mem::replace(&mut self.is_stopped, true) {
+            return;
+        }
         if let Ok(leader) = i32::try_from(self.child.id()) {
             // All of them may have ended in between: then there is nothing to stop.
             let _ = killpg(Pid::from_raw(leader), Signal::SIGKILL);
