@@ -186,13 +186,13 @@ impl Telegram {
             }
             let at = scanner.at();
             let opening = scanner.opening()?;
-            if opening.name == "Dat" && !opening.closed {
+            if opening.name == "Dat" {
                 if self.form == Form::Dat {
                     return Err(Malformed { at, why: if inside { Why::Nested } else { Why::DatTwice } });
                 }
                 self.form = Form::Dat;
                 self.task = opening.attributes;
-                inside = true;
+                inside = !opening.closed;
                 continue;
             }
             self.read_element(scanner, opening, at)?;
@@ -376,6 +376,9 @@ mod tests {
         assert_eq!(encoded(&telegram), r#"<Sen Type="ImFree"><Stop>0</Stop><GPIO 01="1"/><IPOC>0012</IPOC></Sen>"#);
         let dat = encoded(&Telegram::new(Root::Sen, "CoRob", Form::Dat));
         assert_eq!(dat, r#"<Sen Type="CoRob"><Dat TaskType="b"></Dat></Sen>"#);
+        // Closed at once, and its elements behind it: written once more it stays what it is.
+        let once = encoded(&Telegram::decode(b"<Rob TYPE=\"KUKA\"><Dat /><IPOC>435</IPOC></Rob>").unwrap());
+        assert_eq!(once, encoded(&Telegram::decode(once.as_bytes()).unwrap()));
     }
 
     #[test]
@@ -404,6 +407,7 @@ mod tests {
             ("<Rob><A><B>1</B></A></Rob>", Why::Nested, 8),
             ("<Rob><Dat><Dat></Dat></Dat></Rob>", Why::Nested, 10),
             ("<Rob><Dat></Dat><Dat></Dat></Rob>", Why::DatTwice, 16),
+            ("<Rob><Dat/><Dat/></Rob>", Why::DatTwice, 11),
             ("<Rob>1<A/></Rob>", Why::StrayText, 5),
             ("<Rob><A/>,</Rob>", Why::StrayText, 9),
             ("<Rob><\u{e4}/></Rob>", Why::BadName, 6),
