@@ -16,10 +16,12 @@ pub trait DepthLaw: Send + Sync {
 }
 
 impl<L: DepthLaw> ContactLaw<Axis> for L {
+    #[inline]
     fn force(&self, touch: &AxisTouch) -> ContactForce<Axis> {
         self.resistance(touch)
     }
 
+    #[inline]
     fn clamped(&self, touch: &AxisTouch, force: &ContactForce<Axis>) -> f64 {
         let total_n = force.total();
         if self.sides().carries(touch.depth_m, total_n) { total_n } else { 0.0 }

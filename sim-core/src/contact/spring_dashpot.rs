@@ -39,6 +39,7 @@ impl SpringDashpot {
 }
 
 impl DepthLaw for SpringDashpot {
+    #[inline]
     fn resistance(&self, touch: &AxisTouch) -> ContactForce<Axis> {
         ContactForce {
             elastic: self.stiffness_n_per_m * touch.depth_m,
@@ -46,6 +47,7 @@ impl DepthLaw for SpringDashpot {
         }
     }
 
+    #[inline]
     fn sides(&self) -> Sides {
         self.sides
     }

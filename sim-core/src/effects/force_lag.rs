@@ -30,23 +30,23 @@ struct ForceLag {
 }
 
 impl Effect<Axis> for ForceLag {
-    /// What is left of a deviation after one step, then input, output and rate of the output.
+    /// What is left of a deviation after one step, then input, output and rate of the output, and the length of a step in s.
     fn memory(&self, _rates: &Rates) -> usize {
-        4
+        5
     }
 
     fn sensed(&self, context: Context<'_>, _seen: &Signals<Axis>, out: &mut f64) {
         if self.corner_frequency_hz >= IMMEDIATE_HZ {
             return;
         }
-        let dt_s = context.step.dt.seconds();
         let corner_rad_per_s = 2.0 * PI * self.corner_frequency_hz;
         let memory = context.memory;
         if context.step.index == 0 {
+            let dt_s = context.step.dt.seconds();
             // Only now is it known what the other effects on this wire make of the first reading.
-            memory.copy_from_slice(&[libm::exp(-dt_s * corner_rad_per_s), *out, *out, 0.0]);
+            memory.copy_from_slice(&[libm::exp(-dt_s * corner_rad_per_s), *out, *out, 0.0, dt_s]);
         }
-        let (kept, input) = (memory[0], *out);
+        let (kept, input, dt_s) = (memory[0], *out, memory[4]);
         let slope = (input - memory[1]) / dt_s;
         let lag = slope / corner_rad_per_s;
         if self.two_poles {
