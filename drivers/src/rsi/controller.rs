@@ -18,7 +18,7 @@
 //! a cycle is late at most once. Not modelled: the arm (axis corrections do not move the pose), the filter of `IPO`, and a
 //! correction in another frame than BASE.
 
-use super::controller_event::{ControllerEvent, Stop, StopReason};
+use super::controller_event::{ControllerEvent, Refusal, Stop, StopReason};
 use super::controller_late::LateCount;
 use super::controller_reply::{Judge, Output, outputs};
 use super::controller_send::{State, frame, greeting};
@@ -128,10 +128,9 @@ impl Controller {
             return;
         }
         let (taken, bad) = self.judge(replies, events);
-        if bad && self.settings.bad_stops {
-            self.stop(StopReason::Bad, events);
-        } else {
-            self.count_late(taken.is_none() && !self.settings.config.only_send, events);
+        match bad.filter(|_| self.settings.bad_stops) {
+            Some(refusal) => self.stop(StopReason::Bad(refusal), events),
+            None => self.count_late(taken.is_none() && !self.settings.config.only_send, events),
         }
         if self.stopped.is_none() {
             self.set_outputs(taken, events);
@@ -140,11 +139,11 @@ impl Controller {
         self.cycles += 1;
     }
 
-    /// The values of the first reply that is taken, and whether one cannot be read; what is refused is reported.
-    fn judge<B: AsRef<[u8]>>(&self, replies: &[B], events: &mut Vec<ControllerEvent>) -> (Taken, bool) {
+    /// The values of the first reply that is taken, and why the first cannot be read that cannot; what is refused is reported.
+    fn judge<B: AsRef<[u8]>>(&self, replies: &[B], events: &mut Vec<ControllerEvent>) -> (Taken, Option<Refusal>) {
         let Settings { config, family, .. } = &self.settings;
         let judge = Judge { sentype: &config.sentype, family: *family, expected: self.waits, outputs: &self.outputs };
-        let (mut taken, mut bad) = (None, false);
+        let (mut taken, mut bad) = (None, None);
         if config.only_send {
             return (taken, bad);
         }
@@ -152,7 +151,9 @@ impl Controller {
             match result {
                 Ok(values) => taken = taken.or(Some(values)),
                 Err(refusal) => {
-                    bad |= refusal.is_bad();
+                    if bad.is_none() && refusal.is_bad() {
+                        bad = Some(refusal.clone());
+                    }
                     events.push(ControllerEvent::Refused(refusal));
                 }
             }
@@ -236,8 +237,8 @@ impl Controller {
 
     fn stop(&mut self, reason: StopReason, events: &mut Vec<ControllerEvent>) {
         let stop = Stop::new(reason, self.cycles, self.settings.family);
+        events.push(ControllerEvent::Stopped(stop.clone()));
         self.stopped = Some(stop);
-        events.push(ControllerEvent::Stopped(stop));
     }
 
     /// Where the robot is sent: the pose at the start plus the correction, after limits. It stays once RSI has stopped.

@@ -76,15 +76,15 @@ impl Refusal {
 }
 
 /// Why RSI stopped.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum StopReason {
     /// More late replies than allowed.
     Timeout {
         /// How many.
         late: u32,
     },
-    /// A reply that cannot be read.
-    Bad,
+    /// A reply that cannot be read, and why.
+    Bad(Refusal),
     /// The correction is longer than POSCORRMON allows.
     Monitor {
         /// Length or angle.
@@ -99,7 +99,7 @@ pub enum StopReason {
 }
 
 /// RSI has stopped, and sends no more.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Stop {
     /// Why.
     pub reason: StopReason,
@@ -120,10 +120,10 @@ impl Stop {
             StopReason::Timeout { .. } => {
                 &["KSS29002 Signal flow (running): Object ETHERNET1 returns error RSITimeout"]
             }
-            StopReason::Bad if krc2 => {
+            StopReason::Bad(_) if krc2 => {
                 &["SEN: RSI execution error <execute> - RSI stopped", "Executing object 1000000"]
             }
-            StopReason::Bad => &["KSS29002 Signal flow (running): Object ETHERNET1 returns error RSIBad"],
+            StopReason::Bad(_) => &["KSS29002 Signal flow (running): Object ETHERNET1 returns error RSIBad"],
             StopReason::Monitor { .. } => &["Stop by $CORRECTION function"],
             StopReason::Commanded => &[],
         };
@@ -167,9 +167,9 @@ impl fmt::Display for Refusal {
 impl fmt::Display for Stop {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(out, "RSI stopped in cycle {}: ", self.cycle)?;
-        match self.reason {
+        match &self.reason {
             StopReason::Timeout { late } => write!(out, "{late} late replies")?,
-            StopReason::Bad => write!(out, "a reply that cannot be read")?,
+            StopReason::Bad(refusal) => refusal.fmt(out)?,
             StopReason::Monitor { value, limit, unit } => {
                 write!(out, "a correction of {value:.3} {unit} exceeds {limit} {unit}")?;
             }

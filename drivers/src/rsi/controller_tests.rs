@@ -187,7 +187,7 @@ fn the_computer_stops_with_a_rising_edge() {
     let stop = |value: &str| x("1.0").replace("<IPOC", &format!("<Stop>{value}</Stop><IPOC"));
     let mut bench = Bench::new(settings("1", Mode::Absolute));
     bench.cycle(&stop("0")).cycle(&stop("1"));
-    assert_eq!(bench.controller.stopped().map(|stop| (stop.reason, stop.cycle)), Some((StopReason::Commanded, 1)));
+    assert_eq!(bench.controller.stopped().map(|stop| (&stop.reason, stop.cycle)), Some((&StopReason::Commanded, 1)));
     assert_eq!(bench.controller.frame(&START, &[0.0; 6]), b"", "frames cease");
     bench.told();
     assert_eq!((bench.cycle(&x("2.0")).told().as_str(), bench.x()), ("", 101.0), "and nothing moves");

@@ -14,7 +14,7 @@
 use core::fmt;
 use std::net::Ipv4Addr;
 
-use super::config::{EthernetConfig, Index, Kind};
+use super::config::{EthernetConfig, Index, Kind, Transport};
 
 /// What a correction means; `RSI_ON(#ABSOLUTE | #RELATIVE)` on the controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -56,6 +56,8 @@ pub enum Trap {
     NoMeasuredPose,
     /// ONLYSEND: the controller takes no correction.
     OnlySend,
+    /// PROTCOLLENGTH without TCP: datagrams have no length before them.
+    LengthWithoutStream,
 }
 
 impl EthernetConfig {
@@ -98,6 +100,9 @@ impl EthernetConfig {
         }
         if !self.sends("RIst") {
             traps.push(Trap::NoMeasuredPose);
+        }
+        if self.length_prefix && self.protocol == Transport::Udp {
+            traps.push(Trap::LengthWithoutStream);
         }
         traps
     }
@@ -151,6 +156,7 @@ impl Trap {
             Trap::SetpointOnly => "setpoint-only",
             Trap::NoMeasuredPose => "no-measured-pose",
             Trap::OnlySend => "only-send",
+            Trap::LengthWithoutStream => "length-without-stream",
         }
     }
 }
@@ -167,6 +173,7 @@ impl fmt::Display for Trap {
             }
             Trap::NoMeasuredPose => "no DEF_RIst in SEND, so that there is no measured pose; add it",
             Trap::OnlySend => "ONLYSEND is TRUE: the controller takes no correction",
+            Trap::LengthWithoutStream => "PROTCOLLENGTH is On and PROTOCOL is not TCP: a datagram has no length before it; leave it out",
         })
     }
 }
@@ -203,7 +210,7 @@ mod tests {
 
     #[test]
     fn each_trap_has_its_name() {
-        let cases: [(&str, &str, &[Trap]); 8] = [
+        let cases: [(&str, &str, &[Trap]); 9] = [
             ("", "", &[]),
             ("192.168.1.2", "ip.address.of.rospc", &[Trap::AddressPlaceholder]),
             ("192.168.1.2", "192.168.0.2", &[Trap::AddressTakenByKrc4]),
@@ -212,6 +219,7 @@ mod tests {
             ("DEF_Delay", "DEF_AIPos", &[Trap::NoDelay]),
             ("DEF_RIst", "DEF_RSol", &[Trap::SetpointOnly, Trap::NoMeasuredPose]),
             ("<ONLYSEND>FALSE", "<ONLYSEND>true", &[Trap::OnlySend]),
+            ("<ONLYSEND>", "<PROTCOLLENGTH>On</PROTCOLLENGTH><ONLYSEND>", &[Trap::LengthWithoutStream]),
         ];
         for (from, to, traps) in cases {
             assert_eq!(config(from, to).traps(), traps, "{to}");

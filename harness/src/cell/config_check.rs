@@ -6,6 +6,8 @@ use crate::model::place;
 
 /// Shortest and longest cycle: robot controllers have 4 and 12 ms.
 const CYCLE_S: [f64; 2] = [0.001, 0.1];
+/// Fastest approach of a start.
+pub(super) const SPEED_MAX_M_PER_S: f64 = 10.0;
 /// Furthest place: the rail of the facility is 25 m long.
 const PLACE_MAX_M: f64 = 100.0;
 /// Most digits after the point that a robot controller takes.
@@ -29,8 +31,9 @@ impl CellConfig {
             let what = format!("time.cycle_s = {} s is outside [{least_s}, {most_s}]", self.time.cycle_s);
             return refuse("time.cycle_s", what, "give the cycle of the robot controller in seconds: 0.004 or 0.012");
         }
-        if beyond(self.start.velocity_m_per_s, 10.0) {
-            let what = format!("start.velocity_m_per_s = {} m/s is outside [-10, 10]", self.start.velocity_m_per_s);
+        if beyond(self.start.velocity_m_per_s, SPEED_MAX_M_PER_S) {
+            let (value, most) = (self.start.velocity_m_per_s, SPEED_MAX_M_PER_S);
+            let what = format!("start.velocity_m_per_s = {value} m/s is outside [-{most}, {most}]");
             return refuse("start.velocity_m_per_s", what, "give the value in the unit of the key");
         }
         let carrying = |what| self.robots.iter().filter(|robot| robot.carries == what).count();
@@ -82,7 +85,7 @@ impl CellConfig {
 }
 
 /// Whether a value is no number, or further from zero than this.
-fn beyond(value: f64, limit: f64) -> bool {
+pub(super) fn beyond(value: f64, limit: f64) -> bool {
     value.is_nan() || value.abs() > limit
 }
 

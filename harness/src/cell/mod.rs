@@ -17,7 +17,7 @@
 //! | `virtual_cell`, `faults`, `session` | the cell without a socket, what it gets wrong, and what was exchanged |
 //! | `controller`, `on_wire`, `pc` | controllers under test in SI, and their bytes |
 //! | `fault_list` | the faults of the wire as text |
-//! | `run` | one run: the cell and whoever is at the other end |
+//! | `run`, `page` | one run: the cell and whoever is at the other end; and how it is shown |
 //! | `wires`, `serve`, `link`, `process`, `clock` | the same over real sockets, with a program that is started and watched |
 //! | `net_faults`, `intruder` | what only sockets get wrong: strangers, closed ports, a second client |
 //! | `page_server`, `page_reader` | the sensor's page, and the computer that reads it |
@@ -36,6 +36,7 @@ mod intruder;
 pub(crate) mod link;
 pub mod net_faults;
 pub mod on_wire;
+pub mod page;
 pub mod page_reader;
 mod page_server;
 mod parts;

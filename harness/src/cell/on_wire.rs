@@ -49,7 +49,7 @@ impl<C: Controller> OnWire<C> {
         let robot = |nth: usize| {
             let config = &cell.config.robots[nth];
             let reported = Reported { pose_mm_deg: config.start_mm_deg, ..Reported::default() };
-            let pc = Pc::new(cell.ethernet(nth)?, &config.correction, config.decimals, config.mode.into());
+            let pc = Pc::new(cell.driven(nth)?, &config.correction, config.decimals, config.mode.into());
             let (mode, start_mm_deg) = (config.mode, config.start_mm_deg);
             Ok(Robot { pc, mode, start_mm_deg, reported, sent_mm_deg: [0.0; 6] })
         };

@@ -1,6 +1,7 @@
 //! The parts of a cell, made from its files and checked against each other.
 
 use super::config::{Cell, FamilyName, FormName, LateConfig, LimitsConfig, ModeName, RobotConfig};
+use super::config_check::{SPEED_MAX_M_PER_S, beyond};
 use super::frames::{Places, Reported, recorded, relative};
 use crate::error::Error;
 use crate::model::{Model, RigKind, place};
@@ -8,6 +9,7 @@ use crate::scenario::run::TRAVEL_MAX_M;
 use drivers::ft;
 use drivers::rsi::{Danger, EthernetConfig, Family, Form, LateRule, Limits, Mode, POSE, Settings, Transport, sent};
 use sim_core::effect::Catalog;
+use sim_core::refusal::plain;
 use sim_core::space::{Axis, AxisMotion};
 
 /// Periods are the same to this share: a decimal fraction of a second is rounded.
@@ -61,23 +63,39 @@ impl Cell {
         })
     }
 
-    pub(super) fn sensor_error(&self, error: &ft::SettingsError) -> Error {
+    pub(crate) fn sensor_error(&self, error: &ft::SettingsError) -> Error {
         self.at(&format!("sensor.{}", error.field), &error.to_string(), "correct the table [sensor]")
     }
 
-    /// The Ethernet configuration of a robot, checked against what the cell says of it.
+    /// The Ethernet configuration of a robot, to hear it by. One that reports no pose is refused: nothing could be made of its
+    /// frames.
     ///
     /// # Errors
     /// When it is no configuration, or cannot go with this robot.
     pub fn ethernet(&self, nth: usize) -> Result<EthernetConfig, Error> {
         let (file, robot) = (&self.rsi[nth], &self.config.robots[nth]);
-        let config = EthernetConfig::parse(&file.text).map_err(|error| {
-            Error::new(error.to_string()).file(&file.file).help("correct the Ethernet configuration")
-        })?;
-        let refuse = |key: &str, what: String, help: &str| {
-            let span = place::in_list(&self.source.text, "robot", nth, Some(key));
-            Err(Error::new(what).file(&self.source.file).span(&self.source.text, span).help(help.to_owned()))
-        };
+        let refuse = |what: String, help: &str| Error::new(what).file(&file.file).help(help.to_owned());
+        let config = EthernetConfig::parse(&file.text)
+            .map_err(|error| refuse(error.to_string(), "give the file that the robot controller loads"))?;
+        if !config.sends("RIst") {
+            let what = format!("SEND has no DEF_RIst: robot {} does not tell its measured pose", robot.name);
+            return Err(refuse(what, "add DEF_RIst to SEND, here and on the robot controller"));
+        }
+        if config.protocol == Transport::Tcp && robot.family != FamilyName::Krc2 {
+            let what = format!("{} says TCP, and only a KRC2 speaks it", file.file.display());
+            return Err(self.at_robot(nth, "family", &what, "set family = \"krc2\", or PROTOCOL to UDP"));
+        }
+        Ok(config)
+    }
+
+    /// The same, to move it by.
+    ///
+    /// # Errors
+    /// Also when its correction cannot be sent, or would move the robot on a lost packet.
+    pub fn driven(&self, nth: usize) -> Result<EthernetConfig, Error> {
+        let (file, robot) = (&self.rsi[nth], &self.config.robots[nth]);
+        let config = self.ethernet(nth)?;
+        let refuse = |key: &str, what: String, help: &str| Err(self.at_robot(nth, key, &what, help));
         let name = file.file.display();
         if !POSE.iter().any(|name| config.receives(&robot.correction, name).is_some()) {
             let mut receives: Vec<&str> = config.receive.iter().map(|channel| channel.element.as_str()).collect();
@@ -88,10 +106,6 @@ impl Cell {
                 if receives.is_empty() { "nothing".to_owned() } else { receives.join(", ") }
             );
             return refuse("correction", what, "name the element of RECEIVE that drives POSCORR");
-        }
-        if config.protocol == Transport::Tcp && robot.family != FamilyName::Krc2 {
-            let what = format!("{name} says TCP, and only a KRC2 speaks it");
-            return refuse("family", what, "set family = \"krc2\", or PROTOCOL to UDP");
         }
         if config.length_prefix && robot.frame_bytes > 0 {
             let what = format!("frame_bytes = {}, and {name} says PROTCOLLENGTH On", robot.frame_bytes);
@@ -142,14 +156,25 @@ impl Cell {
         Ok(AxisMotion { pitch_rad, ..AxisMotion::moving(pose.position_m.z, self.config.start.velocity_m_per_s) })
     }
 
-    /// Moves the start along z: the probe's robot then begins where the probe is there.
+    /// Changes the start along z, where something is given: the probe's robot then begins where the probe is at this position.
     ///
     /// # Errors
-    /// When the position is outside the hall.
-    pub fn begin_at(&mut self, position_m: f64) -> Result<(), Error> {
-        if position_m.is_nan() || position_m.abs() > TRAVEL_MAX_M {
-            let what = format!("a start at {position_m} m is outside [-{TRAVEL_MAX_M}, {TRAVEL_MAX_M}]");
-            return Err(Error::new(what).help("give metres; positive z is penetration of the contact plane"));
+    /// When the position is outside the hall, or the speed is none that a facility has.
+    pub fn begin_at(&mut self, position_m: Option<f64>, velocity_m_per_s: Option<f64>) -> Result<(), Error> {
+        if let Some(velocity_m_per_s) = velocity_m_per_s {
+            if beyond(velocity_m_per_s, SPEED_MAX_M_PER_S) {
+                let (given, most) = (plain(velocity_m_per_s), SPEED_MAX_M_PER_S);
+                let what = format!("a start with {given} m/s is outside [-{most}, {most}]");
+                let help = "give the speed in m/s; positive closes the gap";
+                return Err(Error::new(what).place("argument --velocity").help(help));
+            }
+            self.config.start.velocity_m_per_s = velocity_m_per_s;
+        }
+        let Some(position_m) = position_m else { return Ok(()) };
+        if beyond(position_m, TRAVEL_MAX_M) {
+            let what = format!("a start at {} m is outside [-{TRAVEL_MAX_M}, {TRAVEL_MAX_M}]", plain(position_m));
+            let help = "give metres; positive z is penetration of the contact plane";
+            return Err(Error::new(what).place("argument --position").help(help));
         }
         let (start, (probe, nozzle), places) = (self.start(), self.roles(), self.places());
         let nozzle = nozzle.map(|nth| start[nth]);
@@ -159,6 +184,12 @@ impl Cell {
         // Controllers begin where they say: a start has no more digits than a frame.
         self.config.robots[probe].start_mm_deg = asked.map(|value| sent(value, self.config.robots[probe].decimals));
         Ok(())
+    }
+
+    /// An error at a key of a robot in the cell's file.
+    fn at_robot(&self, nth: usize, key: &str, what: &str, help: &str) -> Error {
+        let span = place::in_list(&self.source.text, "robot", nth, Some(key));
+        Error::new(what).file(&self.source.file).span(&self.source.text, span).help(help.to_owned())
     }
 
     /// An error at a key of the cell's file.

@@ -124,6 +124,8 @@ impl<C: Controller> Peer for InProcess<C> {
 pub struct Ran {
     /// What was exchanged.
     pub session: Session,
+    /// When probe and nozzle touched first and last, in s of the cell, to one cycle.
+    pub contact_s: Option<[f64; 2]>,
     /// Cycles that were run.
     pub cycles: u64,
     /// Cycles that were to be run.
@@ -259,7 +261,8 @@ impl Run<'_> {
         cell.events.extend(events);
         let name = |(nth, why): (usize, String)| (self.cell.config.robots[nth].name.clone(), why);
         Ok(Ran {
-            session: cell.log.session(self.model, self.cell, cell.touched, self.late_s),
+            session: cell.log.session(self.model, self.cell, cell.contact.is_some(), self.late_s),
+            contact_s: cell.contact.map(|times| times.map(Nanos::seconds)),
             cycles: prints.len() as u64,
             answered,
             planned: self.cycles,

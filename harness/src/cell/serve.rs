@@ -37,7 +37,7 @@ enum Heard {
 
 impl Robot {
     fn of(cell: &Cell, nth: usize, address: SocketAddr) -> Result<Self, Error> {
-        let config = cell.ethernet(nth)?;
+        let config = cell.driven(nth)?;
         let link = Listening::bind(address, config.protocol);
         let link = link.map_err(|error| error.place(format!("robot {}", cell.config.robots[nth].name)))?;
         let stream = (config.protocol == Transport::Tcp).then(|| Frames::new(config.length_prefix));

@@ -101,8 +101,8 @@ pub struct VirtualCell<'f> {
     samples: u64,
     samples_before: u64,
     asked: u64,
-    /// Whether probe and nozzle have touched.
-    pub touched: bool,
+    /// When probe and nozzle touched first and last.
+    pub contact: Option<[Nanos; 2]>,
     /// What was exchanged.
     pub log: Log,
     /// How often each event came, by class.
@@ -150,7 +150,7 @@ impl<'f> VirtualCell<'f> {
             samples: 0,
             samples_before: 0,
             asked: 0,
-            touched: false,
+            contact: None,
             log: Log::default(),
             events: BTreeMap::new(),
         })
@@ -190,9 +190,12 @@ impl<'f> VirtualCell<'f> {
         let readings: Vec<(Nanos, f64)> =
             reported.sensor_time.iter().copied().zip(reported.sensed.iter().copied()).collect();
         (self.now, self.samples_before) = (now, self.samples);
-        if touches && !self.touched {
-            self.touched = true;
-            self.happened(Event::FirstContact);
+        if touches {
+            let first = self.contact.map(|[first, _]| first);
+            self.contact = Some([first.unwrap_or(now), now]);
+            if first.is_none() {
+                self.happened(Event::FirstContact);
+            }
         }
         out.append(&mut self.late);
         for (at, reading_n) in readings {
@@ -206,7 +209,7 @@ impl<'f> VirtualCell<'f> {
 
     /// Where the run is, after [`Self::begin`].
     pub fn moment(&self) -> Moment {
-        Moment { cycle: self.cycle, samples: self.samples_before..self.samples, touched: self.touched }
+        Moment { cycle: self.cycle, samples: self.samples_before..self.samples, touched: self.contact.is_some() }
     }
 
     fn happened(&mut self, event: Event) {
@@ -393,7 +396,7 @@ fn link(cell: &Cell, nth: usize, faults: &Faults, streams: &Streams) -> Result<L
     let period = Nanos::from_seconds(cycle_s);
     let whose = if nth == 0 { Robot::First(&robot.name) } else { Robot::Other(&robot.name) };
     let stream = |on| Faulty::new(on, whose, &faults.wire, period, streams);
-    let mut settings = settings(robot, cell.ethernet(nth)?, cycle_s);
+    let mut settings = settings(robot, cell.driven(nth)?, cycle_s);
     let mut clock_faults = Vec::new();
     for (index, fault) in faults.wire.iter().enumerate() {
         let here = fault.robot.as_ref().map_or(nth == 0, |name| *name == robot.name);

@@ -103,7 +103,7 @@ pub(super) struct Robot {
 
 impl Robot {
     fn of(cell: &Cell, nth: usize, address: SocketAddr) -> Result<Self, Error> {
-        let config = cell.ethernet(nth)?;
+        let config = cell.driven(nth)?;
         let stream = || Frames::new(config.length_prefix);
         Ok(Robot {
             name: cell.config.robots[nth].name.clone(),

@@ -1,15 +1,17 @@
 //! `dockhil cell`: the virtual cell on real sockets. It waits for a controller, and says how the run ended.
 
 use super::console::Console;
-use super::inputs;
+use super::inputs::{self, Extracted, Outputs};
 use super::interrupt::Interrupt;
 use super::outcome::Exit;
 use super::run::did_nothing;
+use crate::cell::page::page;
 use crate::cell::run::{Options, Ran, run};
 use crate::cell::wires::{Addresses, Pace, Timing, Wires};
 use crate::cell::{Cell, fault_list, session};
 use crate::error::Error;
-use crate::files::write_whole;
+use crate::files::sha256_hex;
+use crate::report::{TEXT_WIDTH, Tone, html, text};
 use clap::Args;
 use drivers::rsi::Transport;
 use sim_core::effect::Catalog;
@@ -43,9 +45,8 @@ pub struct Running {
     /// Draw noise and faults from this seed instead of the cell's.
     #[arg(long, value_parser = inputs::seed)]
     pub seed: Option<u64>,
-    /// Save what happened as JSON; `-` prints it instead of the text.
-    #[arg(long, value_name = "FILE")]
-    pub json: Option<PathBuf>,
+    #[command(flatten)]
+    pub outputs: Outputs,
 }
 
 /// How real sockets are served.
@@ -85,20 +86,14 @@ impl Running {
     /// Reads the cell, and refuses now what could not be written later.
     pub fn read(&self, cell: &Path) -> Result<Cell, Error> {
         let mut cell = Cell::find(cell)?;
-        if let Some(velocity_m_per_s) = self.velocity {
-            if velocity_m_per_s.is_nan() || velocity_m_per_s.abs() > 10.0 {
-                let what = format!("--velocity {velocity_m_per_s} m/s is outside [-10, 10]");
-                return Err(Error::new(what).help("give the speed in m/s; positive closes the gap"));
-            }
-            cell.config.start.velocity_m_per_s = velocity_m_per_s;
-        }
-        if let Some(position_m) = self.position {
-            cell.begin_at(position_m)?;
-        }
+        cell.begin_at(self.position, self.velocity)?;
         cell.config.seed = self.seed.or(cell.config.seed);
+        let files = [&cell.source, &cell.model].into_iter().chain(&cell.rsi);
+        let read: Vec<&PathBuf> = files.map(|file| &file.file).collect();
+        self.outputs.check(read.iter().copied())?;
         if let Some(path) = &self.output {
-            let read = [&cell.source.file, &cell.model.file].into_iter().chain(cell.rsi.iter().map(|file| &file.file));
-            inputs::not_read(path, read)?;
+            inputs::not_read(path, read.iter().copied())?;
+            self.outputs.written_once(path)?;
             inputs::writable_new(path, self.force)?;
         }
         Ok(cell)
@@ -115,40 +110,70 @@ impl Running {
         cell: &Cell,
         ran: &Ran,
         timing: Option<&Timing>,
-        complaint: Option<&Error>,
+        complaint: Option<Error>,
         console: &mut Console<'_>,
     ) -> Result<Exit, Error> {
-        if self.json.as_ref().is_none_or(|path| path.as_os_str() != "-") {
-            timing.iter().for_each(|timing| console.print(&kept(timing, cell.config.time.cycle_s)));
-            console.print(&summary(ran));
-        }
+        let End { exit, tone, words, error } = End::of(cell, ran, complaint);
+        let mut files = Vec::new();
         if let Some(path) = &self.output {
-            write_whole(path, &session::mcap(&ran.session, cell)?)?;
-            console.say(&format!("{}: written\n", path.display()));
+            let bytes = session::mcap(&ran.session, cell)?;
+            files.push((path.display().to_string(), format!("sha256 {}", sha256_hex(&bytes))));
+            console.write(path, &bytes)?;
         }
-        if let Some(path) = &self.json {
+        if let Some(path) = &self.outputs.json {
             console.save(path, &format!("{:#}\n", json(ran, timing)))?;
         }
-        if let Some(complaint) = complaint {
-            console.error(complaint);
-            return Ok(Exit::Failed);
+        let page = page(cell, ran, timing, (tone, words), &console.command, &files);
+        if let Some(path) = &self.outputs.report {
+            console.save(path, &html(&page))?;
+        }
+        if !self.outputs.takes_stdout() {
+            console.print(&text(&page, TEXT_WIDTH));
+        }
+        error.iter().for_each(|error| console.error(error));
+        Ok(exit)
+    }
+}
+
+/// How a run ended.
+struct End {
+    exit: Exit,
+    tone: Tone,
+    words: String,
+    error: Option<Error>,
+}
+
+impl End {
+    fn of(cell: &Cell, ran: &Ran, complaint: Option<Error>) -> Self {
+        let end = |exit, words: &str, error| {
+            let tone = match exit {
+                Exit::Pass => Tone::Good,
+                Exit::Undecided => Tone::Warning,
+                _ => Tone::Bad,
+            };
+            End { exit, tone, words: words.to_owned(), error }
+        };
+        if complaint.is_some() {
+            return end(Exit::Failed, "fail: the controller ended with an error of its own", complaint);
         }
         if ran.left {
             let what = format!("the controller left in cycle {} of {}", ran.cycles, ran.planned);
             let help = "a controller answers until no frame comes any more; of two robots, both ports must be bound";
-            console.error(&Error::new(what).help(help));
-            return Ok(Exit::Failed);
+            return end(Exit::Failed, &format!("fail: {what}"), Some(Error::new(what).help(help)));
         }
         let idle = ran.idle();
         if !idle.is_empty() {
-            console.error(&did_nothing(&idle, "[[fault]]").file(&cell.source.file));
-            return Ok(Exit::Idle);
+            let error = did_nothing(&idle, "[[fault]]").file(&cell.source.file);
+            return end(Exit::Idle, "the run says nothing: a fault did nothing", Some(error));
         }
         if ran.interrupted {
-            console.say(&format!("ended by a signal in cycle {} of {}\n", ran.cycles, ran.planned));
-            return Ok(Exit::Undecided);
+            let words = format!("undecided: ended by a signal in cycle {} of {}", ran.cycles, ran.planned);
+            return end(Exit::Undecided, &words, None);
         }
-        Ok(if ran.stops.is_empty() { Exit::Pass } else { Exit::Failed })
+        match ran.stops.first() {
+            Some((robot, _)) => end(Exit::Failed, &format!("fail: {robot} stopped"), None),
+            None => end(Exit::Pass, "pass: no robot stopped, and the controller stayed to the end", None),
+        }
     }
 }
 
@@ -211,54 +236,17 @@ impl Arguments {
         let cell = Cell::find(named)?;
         let name = cell.source.file.file_name().unwrap_or_default();
         let beside = cell.config.robots.iter().map(|robot| robot.rsi.as_str()).zip(&cell.rsi);
-        let mut files = vec![(folder.join(name), &cell.source)];
-        files.extend(
-            [(cell.config.model.as_str(), &cell.model)]
-                .into_iter()
-                .chain(beside)
-                .map(|(path, text)| (folder.join(path), text)),
-        );
-        files.dedup_by(|a, b| a.0 == b.0);
-        for (path, from) in &files {
-            let parent = path.parent().unwrap_or(folder);
-            std::fs::create_dir_all(parent).map_err(|error| {
-                Error::new(format!("cannot make the folder: {error}"))
-                    .file(parent)
-                    .help("name another one after --extract")
-            })?;
-            inputs::not_read(path, [&from.file].into_iter())?;
-            inputs::writable_new(path, self.running.force)?;
-        }
-        for (path, from) in &files {
-            write_whole(path, from.text.as_bytes())?;
-            console.print(&format!("{}: written\n", path.display()));
-        }
+        let own = [(Path::new(name), &cell.source), (Path::new(&cell.config.model), &cell.model)];
+        let files = own.into_iter().chain(beside.map(|(path, file)| (Path::new(path), file)));
+        let files = files.map(|(path, from)| Extracted { to: folder.join(path), from: &from.file, text: &from.text });
+        let mut files: Vec<_> = files.collect();
+        files.dedup_by(|a, b| a.to == b.to);
+        inputs::extract(&files, self.running.force, console)?;
         Ok(Exit::Pass)
     }
 }
 
-/// What a run did, in a few lines.
-fn summary(ran: &Ran) -> String {
-    let mut text = format!("{} cycles, {} answered, exchange {}\n", ran.cycles, ran.answered, ran.fingerprint());
-    for one in &ran.faults {
-        let first = one.first.map(|first| format!(", first on packet {first}")).unwrap_or_default();
-        let times = if one.acted == 1 { "time" } else { "times" };
-        text.push_str(&format!("fault {}: acted {} {times}{first}\n", one.fault, one.acted));
-    }
-    let cell = ran.events.iter().map(|(class, count)| (*class, count));
-    let driver = ran.driver.iter().map(|(class, count)| (class.as_str(), count));
-    for (who, class, count) in
-        cell.map(|(class, count)| ("cell", class, count)).chain(driver.map(|(class, count)| ("driver", class, count)))
-    {
-        text.push_str(&format!("{who} {class}: {count}\n"));
-    }
-    for (robot, why) in &ran.stops {
-        text.push_str(&format!("{robot}: {why}\n"));
-    }
-    text
-}
-
-/// The same as data.
+/// What a run did, as data.
 fn json(ran: &Ran, timing: Option<&Timing>) -> serde_json::Value {
     let stops: Vec<_> =
         ran.stops.iter().map(|(robot, why)| serde_json::json!({ "robot": robot, "why": why })).collect();
@@ -276,27 +264,6 @@ fn json(ran: &Ran, timing: Option<&Timing>) -> serde_json::Value {
         "faults": ran.faults,
         "real_time": timing,
     })
-}
-
-/// How well real time was kept.
-pub(super) fn kept(timing: &Timing, cycle_s: f64) -> String {
-    let us = |ns: i64| ns as f64 * 1e-3;
-    let mean = |sum_ns: i64, count: u64| us(sum_ns) / count.max(1) as f64;
-    let ([late_sum, late_most], (answers, [took_sum, took_most])) = (timing.late_ns, timing.answers);
-    format!(
-        "real time, {} cycles of {} ms\n\
-         frames sent late: mean {:.0} us, at most {:.0} us\n\
-         answers: {answers} in time, mean {:.0} us, at most {:.0} us; {} late or missing\n\
-         load: {:.1} % of the time not waiting\n",
-        timing.cycles,
-        cycle_s * 1e3,
-        mean(late_sum, timing.cycles),
-        us(late_most),
-        mean(took_sum, answers),
-        us(took_most),
-        timing.missing,
-        100.0 * timing.busy_ns as f64 / timing.total_ns.max(1) as f64,
-    )
 }
 
 /// The cell as a program under test is told it: a path, or a name inside the program.

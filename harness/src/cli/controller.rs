@@ -48,11 +48,11 @@ struct Arguments {
     #[arg(long, value_name = "S", default_value_t = 60)]
     wait: u64,
     /// End after this silence, in ms.
-    #[arg(long, value_name = "MS", default_value_t = 1500)]
+    #[arg(long, value_name = "MS", default_value_t = 1500, value_parser = clap::value_parser!(u64).range(1..))]
     silence: u64,
 }
 
-/// Runs one command line, `args[0]` being the program; returns the exit code: 0, or 2 for an error.
+/// Runs one command line, `args[0]` being the program; returns the exit code: 0, 2 for an error, or 4 if no frame came.
 pub fn controller(
     args: impl IntoIterator<Item = impl Into<OsString> + Clone>,
     catalog: &Catalog<Axis>,
@@ -77,8 +77,15 @@ pub fn controller(
     for (class, count) in &events {
         console.print(&format!("{class}: {count}\n"));
     }
-    match served.and_then(|_| console.finish()) {
-        Ok(()) => Exit::Pass.code(),
+    match served.and_then(|answered| console.finish().map(|()| answered)) {
+        Ok(0) => {
+            let what = format!("no frame of a robot came in {} s", arguments.wait);
+            let help =
+                "start the cell or RSI first, or give more time: --wait; check the ports of --rsi or of the cell";
+            console.error(&Error::new(what).help(help));
+            Exit::NothingToRun.code()
+        }
+        Ok(_) => Exit::Pass.code(),
         Err(error) => {
             console.error(&error);
             Exit::BadInput.code()
@@ -90,10 +97,7 @@ impl Arguments {
     /// How many frames were answered; what else was seen, by class, is added to `events`.
     fn serve(&self, catalog: &Catalog<Axis>, events: &mut BTreeMap<String, u64>) -> Result<u64, Error> {
         let mut cell = Cell::find(&self.cell)?;
-        cell.config.start.velocity_m_per_s = self.velocity.unwrap_or(cell.config.start.velocity_m_per_s);
-        if let Some(position_m) = self.position {
-            cell.begin_at(position_m)?;
-        }
+        cell.begin_at(self.position, self.velocity)?;
         let model = cell.model(catalog)?;
         let mut addresses = Addresses::of(&cell);
         if self.rsi.len() > addresses.robots.len() {

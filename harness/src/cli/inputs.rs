@@ -1,6 +1,7 @@
 //! Arguments that several commands share, and the files behind them.
 
 use crate::error::Error;
+use crate::files::write_whole;
 use crate::model::{Editor, Model, SpaceModel};
 use crate::recording::{Kind, Map, ReadOptions, Role, Session, read};
 use clap::Args;
@@ -182,6 +183,33 @@ pub fn writable_new(path: &Path, force: bool) -> Result<(), Error> {
     if path.exists() && !force {
         let help = "name another file, or overwrite it with --force";
         return Err(Error::new("exists already and was left as it is").file(path).help(help));
+    }
+    Ok(())
+}
+
+/// A file of the program that is saved to be changed.
+pub struct Extracted<'e> {
+    /// Where it goes.
+    pub to: PathBuf,
+    /// Where it is from.
+    pub from: &'e PathBuf,
+    /// What it says.
+    pub text: &'e str,
+}
+
+/// Saves files, and makes their folders; none of them if one cannot be written.
+pub fn extract(files: &[Extracted<'_>], force: bool, console: &mut Console<'_>) -> Result<(), Error> {
+    for file in files {
+        let parent = file.to.parent().unwrap_or(Path::new("."));
+        std::fs::create_dir_all(parent).map_err(|error| {
+            Error::new(format!("cannot make the folder: {error}")).file(parent).help("name another one after --extract")
+        })?;
+        not_read(&file.to, files.iter().map(|file| file.from))?;
+        writable_new(&file.to, force)?;
+    }
+    for file in files {
+        write_whole(&file.to, file.text.as_bytes())?;
+        console.print(&format!("{}: written\n", file.to.display()));
     }
     Ok(())
 }

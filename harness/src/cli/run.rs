@@ -1,10 +1,10 @@
 //! `dockhil run`: one scenario, from its file to its recording and its verdicts.
 
 use super::console::Console;
-use super::inputs::{self, Outputs};
+use super::inputs::{self, Extracted, Outputs};
 use super::outcome::Exit;
 use crate::error::Error;
-use crate::files::{sha256_hex, write_whole};
+use crate::files::sha256_hex;
 use crate::report::{TEXT_WIDTH, html, text};
 use crate::scenario::{self, Source, judge, page, run};
 use clap::Args;
@@ -92,20 +92,10 @@ impl Arguments {
 
     fn extract(&self, source: &Source, folder: &Path, console: &mut Console<'_>) -> Result<Exit, Error> {
         let name = source.file.file_name().unwrap_or_default();
-        let (scenario, model) = (folder.join(name), folder.join(source.model_named()?));
-        for path in [&scenario, &model] {
-            let parent = path.parent().unwrap_or(folder);
-            std::fs::create_dir_all(parent).map_err(|error| {
-                Error::new(format!("cannot make the folder: {error}"))
-                    .file(parent)
-                    .help("name another one after --extract")
-            })?;
-            inputs::not_read(path, [&source.file, &source.model_file].into_iter())?;
-            inputs::writable_new(path, self.force)?;
-        }
-        write_whole(&scenario, source.text.as_bytes())?;
-        write_whole(&model, source.model_text.as_bytes())?;
-        console.print(&format!("{}: written\n{}: written\n", scenario.display(), model.display()));
+        let scenario = Extracted { to: folder.join(name), from: &source.file, text: &source.text };
+        let model =
+            Extracted { to: folder.join(source.model_named()?), from: &source.model_file, text: &source.model_text };
+        inputs::extract(&[scenario, model], self.force, console)?;
         Ok(Exit::Pass)
     }
 }

@@ -96,7 +96,7 @@ impl Arguments {
             }
             console.say("two runs are the same, bit for bit\n");
         }
-        self.running.ended(&cell, &tested.ran, tested.timing.as_ref(), tested.complaint.as_ref(), console)
+        self.running.ended(&cell, &tested.ran, tested.timing.as_ref(), tested.complaint, console)
     }
 
     fn once(&self, cell: &Cell, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Tested, Error> {

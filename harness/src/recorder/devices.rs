@@ -1,6 +1,5 @@
 //! The decoders of a cell. What they find waits until the answer is on its way: writing it down comes second.
 
-use super::configured::{ethernet, mode, settings};
 use super::heard::Heard;
 use super::session::Recorder;
 use crate::cell::Cell;
@@ -54,8 +53,7 @@ impl Devices {
         let mut hosts = Vec::new();
         let mut streams = Vec::new();
         for (nth, robot) in cell.config.robots.iter().enumerate() {
-            let config = ethernet(cell, nth)?;
-            let mode = mode(robot.mode);
+            let (config, mode) = (cell.ethernet(nth)?, robot.mode.into());
             if answers {
                 config.check(mode).map_err(|dangerous| {
                     Error::new(dangerous.to_string())
@@ -67,9 +65,7 @@ impl Devices {
             let options = HostOptions { decimals: robot.decimals, mode, answers, ..HostOptions::default() };
             hosts.push(Host::new(config, options));
         }
-        let sensor = settings(cell)?.sensor().map_err(|error| {
-            Error::new(error.to_string()).file(&cell.source.file).help("correct the settings of the sensor")
-        })?;
+        let sensor = cell.sensor()?.sensor().map_err(|error| cell.sensor_error(&error))?;
         let names = cell.config.robots.iter().map(|robot| robot.name.clone()).collect();
         Ok(Devices { hosts, streams, sensor, heard: Heard::default(), names, notes: Vec::new() })
     }

@@ -54,7 +54,6 @@
 //! is commanded through RSI.
 
 mod clock;
-mod configured;
 mod devices;
 mod heard;
 mod latency;
@@ -69,13 +68,12 @@ mod tap;
 mod topics;
 
 pub use clock::Lines;
-pub use configured::remarks;
 pub use devices::{Devices, Way};
 pub use heard::Heard;
 pub use latency::{Latency, Spread};
 pub use peer::Peer;
 pub use proxy::Proxy;
 pub use session::{AllLines, Recorder, Summary};
-pub use start::{sensor_transport, session_record};
+pub use start::{remarks, sensor_transport, session_record};
 pub use tap::{Tapped, clocks, tap};
 pub use topics::{COMMANDED, EVENT, MEASURED, SENSED, SENSOR_RAW, robot_raw};

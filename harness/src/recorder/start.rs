@@ -1,6 +1,5 @@
 //! What a session says of itself at its beginning.
 
-use super::configured::{remarks, settings};
 use crate::cell::{Carries, Cell};
 use crate::error::Error;
 use crate::model::Model;
@@ -41,5 +40,25 @@ pub fn session_record(
 /// # Errors
 /// When its settings cannot be used.
 pub fn sensor_transport(cell: &Cell) -> Result<Transport, Error> {
-    Ok(settings(cell)?.transport())
+    Ok(cell.sensor()?.transport())
+}
+
+/// What in a cell does not go together or misleads, and yet may be meant.
+///
+/// # Errors
+/// When an Ethernet configuration cannot be used.
+pub fn remarks(cell: &Cell) -> Result<Vec<String>, Error> {
+    let mut remarks = Vec::new();
+    for (nth, robot) in cell.config.robots.iter().enumerate() {
+        let (config, file) = (cell.ethernet(nth)?, cell.rsi[nth].file.display());
+        remarks.extend(config.traps().iter().map(|trap| format!("robot {}: {file}: {trap}", robot.name)));
+        let (port, listen) = (config.port, robot.listen);
+        if port != listen.port() && listen.port() != 0 {
+            remarks.push(format!(
+                "robot {}: {file} sends its controller to port {port}, and listen = {listen}",
+                robot.name
+            ));
+        }
+    }
+    Ok(remarks)
 }

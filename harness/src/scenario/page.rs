@@ -7,7 +7,7 @@ use sim_core::criterion::{Outcome, Verdict};
 
 /// Digits of a value, a limit and a margin.
 const DIGITS: i32 = 4;
-pub(super) const MM_PER_M: f64 = 1e3;
+pub(crate) const MM_PER_M: f64 = 1e3;
 const PANEL_HEIGHT_PX: u32 = 220;
 
 /// Columns of a heading: words to the left, numbers to the right.
@@ -149,7 +149,7 @@ pub fn page(ran: &Ran, command: &str, files: &[(String, String)]) -> Page {
 }
 
 /// Panels over the time of a run.
-pub(super) fn over_time(title: &str, panels: Vec<Panel>, contact: Option<(f64, f64)>) -> PlotGroup {
+pub(crate) fn over_time(title: &str, panels: Vec<Panel>, contact: Option<(f64, f64)>) -> PlotGroup {
     let note = "Forces resist when positive; positions are penetrations of the nominal contact plane.".to_owned();
     PlotGroup { id: "run".to_owned(), title: title.to_owned(), note, panels, contact }
 }

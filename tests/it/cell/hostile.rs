@@ -68,7 +68,8 @@ impl Bench {
         }
         let cell = self.shell.path(cell).display().to_string();
         let (mut out, mut err) = (Vec::new(), Vec::new());
-        let args = [&["dockhil-controller", "--cell", &cell, "--silence", "500"], more].concat();
+        let silence = if more.contains(&"--silence") { &[][..] } else { &["--silence", "500"] };
+        let args = [&["dockhil-controller", "--cell", &cell], silence, more].concat();
         let exit = controller(args, &standard(), &mut Console::new(&mut out, &mut err, Look::default()));
         let text = |bytes| String::from_utf8(bytes).unwrap();
         Ran { exit, out: text(out), err: text(err) }
@@ -85,21 +86,26 @@ fn check(ran: &Ran, exit: u8, parts: &[&str]) {
     assert!(ran.exit == exit && parts.iter().all(|part| text.contains(part)), "{parts:?}\n{}", said(ran));
 }
 
+/// The line with the hash of all that was exchanged.
+fn exchange(ran: &Ran) -> &str {
+    ran.out.lines().find(|line| line.trim_start().starts_with("exchange ")).expect("a run tells its exchange")
+}
+
 #[test]
 fn a_stranger_is_counted_and_changes_nothing() {
     let calm = Bench::new("").run(&[]);
-    check(&calm.0, 0, &["100 cycles, 100 answered"]);
+    check(&calm.0, 0, &["100 of 100 cycles of 4 ms ran, 100 answered"]);
     check(&calm.1, 0, &["100 frames answered"]);
     let fault = "[[fault]]\nid = \"foreign-peer\"\non = \"rsi-frame\"\nat = 50\nfor = 3\n";
     let (cell, computer) = Bench::new(fault).run(&[]);
-    check(&cell, 0, &["100 cycles, 100 answered"]);
+    check(&cell, 0, &["100 of 100 cycles of 4 ms ran, 100 answered"]);
     check(&computer, 0, &["100 frames answered", "net-stranger: 1"]);
-    assert_eq!(cell.out.lines().next(), calm.0.out.lines().next(), "the exchange is the same to the last bit");
+    assert_eq!(exchange(&cell), exchange(&calm.0), "the exchange is the same to the last bit");
     let fault = "[[fault]]\nid = \"foreign-peer\"\non = \"rsi-reply\"\nat = 50\nfor = 3\n";
     let (cell, computer) = Bench::new(fault).run(&[]);
-    check(&cell, 0, &["100 cycles, 100 answered", "cell-stranger: 1"]);
+    check(&cell, 0, &["100 of 100 cycles of 4 ms ran, 100 answered", "cell-stranger 1"]);
     assert!(!computer.out.contains("net-stranger"), "{}", said(&computer));
-    assert_eq!(cell.out.lines().next(), calm.0.out.lines().next());
+    assert_eq!(exchange(&cell), exchange(&calm.0));
 }
 
 /// Who comes before the robot takes the link: the robot is then the stranger, has no answers and stops.
@@ -113,7 +119,7 @@ fn a_stranger_that_comes_first_takes_the_link_and_the_robot_stops() {
         let cell = ["cell", "--cell", "DIR/cell.toml", "--duration", "0.4", "--patience", "100"];
         (bench.shell.run(&cell), computer.join().unwrap())
     });
-    check(&cell, 1, &["0 answered", "cell-stranger-answered: 1", "chaser: RSI stopped", "RSITimeout"]);
+    check(&cell, 1, &["0 answered", "cell-stranger-answered 1", "chaser: RSI stopped", "RSITimeout"]);
     check(&computer, 0, &["1 frames answered", "net-stranger: 1"]);
 }
 
@@ -136,7 +142,7 @@ fn garbage_from_strangers_does_not_take_the_link() {
     let (cell, computer) = bench.run(&[]);
     drop(stop);
     garbage.join().unwrap();
-    check(&cell, 0, &["100 cycles, 100 answered"]);
+    check(&cell, 0, &["100 of 100 cycles of 4 ms ran, 100 answered"]);
     check(&computer, 0, &["100 frames answered"]);
     let named = computer.out.contains("net-invalid") || computer.out.contains("net-stranger");
     assert!(named, "{}", said(&computer));
@@ -146,7 +152,7 @@ fn garbage_from_strangers_does_not_take_the_link() {
 fn a_second_client_takes_the_stream_and_the_computer_takes_it_back() {
     let fault = "[[fault]]\nid = \"second-client\"\non = \"ft\"\nat = 150\nfor = 40\n";
     let (cell, computer) = Bench::new(fault).run(&[]);
-    check(&cell, 0, &["100 cycles, 100 answered"]);
+    check(&cell, 0, &["100 of 100 cycles of 4 ms ran, 100 answered"]);
     check(&computer, 0, &["100 frames answered", "ft-stale", "ft-start-resent"]);
 }
 
@@ -190,7 +196,7 @@ fn a_page_that_does_not_come_is_asked_for_again_and_given_up() {
         // Once is not for ever.
         let bench = Bench::with_page(&format!("[[fault]]\n{}\n", fault.replace("for = 3", "for = 1")));
         let (cell, computer) = bench.run(&[]);
-        check(&cell, 0, &["100 cycles, 100 answered"]);
+        check(&cell, 0, &["100 of 100 cycles of 4 ms ran, 100 answered"]);
         check(&computer, 0, &["100 frames answered", "net-page: 1"]);
     }
 }
@@ -267,12 +273,48 @@ fn a_run_says_what_each_fault_did_and_what_the_driver_saw() {
     let bench = Bench::new("[[fault]]\nid = \"drop\"\non = \"ft\"\nat = 100\nfor = 3\n");
     let args = ["test", "--cell", "DIR/cell.toml", "--controller", "reference"];
     let ran = bench.shell.run(&args);
-    check(&ran, 0, &["fault drop on ft: acted 3 times, first on packet 100", "driver ft-gap: 1"]);
+    check(&ran, 0, &["✓ drop on ft 3 100", "driver ft-gap 1", "✓ pass: "]);
+    let ran = bench.shell.run(&[&args[..], &["--report", "DIR/page.html", "-o", "DIR/s.mcap"]].concat());
+    check(&ran, 0, &["page.html: written"]);
+    let page = bench.shell.read("page.html");
+    for part in [
+        "drop on ft",
+        "ft-gap",
+        "reported position in mm",
+        "commanded position in mm",
+        "reading of the sensor in N",
+        "s.mcap",
+    ] {
+        assert!(page.contains(part), "the page does not have {part:?}");
+    }
+    let twice = bench.shell.run(&[&args[..], &["--report", "DIR/s", "-o", "DIR/s"]].concat());
+    check(&twice, 2, &["is named for two results"]);
     let ran = bench.shell.run(&[&args[..], &["--json", "-"]].concat());
     let told: serde_json::Value = serde_json::from_str(&ran.out).unwrap();
     assert_eq!((&told["faults"][0]["acted"], &told["driver_events"]["ft-gap"]), (&3.into(), &1.into()), "{told}");
     let refused = bench.shell.run(&[&args[..], &["--real-time"]].concat());
     check(&refused, 2, &["--real-time needs a program"]);
+}
+
+#[test]
+fn a_controller_that_nobody_comes_to_has_nothing_to_run() {
+    let bench = Bench::new("");
+    check(&bench.controller("cell.toml", &["--wait", "1"]), 4, &["no frame of a robot came in 1 s", "--wait"]);
+    check(&bench.controller("cell.toml", &["--silence", "0"]), 2, &["0 is not in 1.."]);
+    let fast = ["a start with 1e30 m/s is outside [-10, 10]", "argument --velocity"];
+    check(&bench.controller("cell.toml", &["--velocity", "1e30"]), 2, &fast);
+    let args = ["test", "--cell", "DIR/cell.toml", "--controller", "reference", "--velocity", "1e30"];
+    check(&bench.shell.run(&args), 2, &fast);
+}
+
+#[test]
+fn a_robot_that_does_not_tell_its_pose_is_refused() {
+    let bench = Bench::new("");
+    let xml = bench.shell.read("rsi/bench.xml");
+    assert!(xml.contains("DEF_RIst"));
+    bench.shell.write("rsi/bench.xml", &xml.replace("DEF_RIst", "DEF_AIPos"));
+    let args = ["test", "--cell", "DIR/cell.toml", "--controller", "reference"];
+    check(&bench.shell.run(&args), 2, &["rsi/bench.xml: SEND has no DEF_RIst", "add DEF_RIst"]);
 }
 
 #[test]
@@ -287,7 +329,7 @@ fn faults_are_listed_and_a_cell_is_extracted_to_be_changed() {
     let args = ["test", "--cell", "DIR/mine/pair.toml", "--controller", "reference", "--duration", "0.1"];
     check(&shell.run(&args), 2, &["no fault and no effect is called \"dorp\"; did you mean drop?", "--list-faults"]);
     shell.write("mine/pair.toml", &text);
-    check(&shell.run(&args), 0, &["25 cycles, 25 answered"]);
+    check(&shell.run(&args), 0, &["25 of 25 cycles of 4 ms ran, 25 answered"]);
     let again = shell.run(&["cell", "--cell", "pair", "--extract", "DIR/mine"]);
     check(&again, 2, &["exists already"]);
 }
@@ -309,6 +351,6 @@ fn noise_at_the_sensors_port_takes_nothing() {
         noise.join().unwrap();
         ran
     });
-    check(&cell, 0, &["100 cycles, 100 answered"]);
-    assert_eq!(cell.out.lines().next(), calm.out.lines().next(), "the exchange is the same to the last bit");
+    check(&cell, 0, &["100 of 100 cycles of 4 ms ran, 100 answered"]);
+    assert_eq!(exchange(&cell), exchange(&calm), "the exchange is the same to the last bit");
 }

@@ -245,7 +245,7 @@ fn what_cannot_go_together_is_refused_at_its_line() {
         cell.source.text = cell.source.text.replace(from, to);
         cell.config = CellConfig::parse("krc2", &cell.source.text).unwrap();
         cell.rsi[0].text = cell.rsi[0].text.replace("<PROTCOLLENGTH>Off", length);
-        cell.ethernet(0).unwrap_err().to_string()
+        cell.driven(0).unwrap_err().to_string()
     };
     let krc4 = refused("family = \"krc2\"", "family = \"krc4\"", "<PROTCOLLENGTH>Off");
     assert!(krc4.contains("krc2.toml: line 19: rsi/krc2.xml says TCP, and only a KRC2 speaks it"), "{krc4}");
@@ -258,7 +258,7 @@ fn what_cannot_go_together_is_refused_at_its_line() {
 fn the_command_line_tells_a_program_a_port_of_the_right_kind() {
     let shell = Shell::new();
     let ran = shell.run(&["test", "--cell", "krc2", "--controller", "reference", "--duration", "0.8"]);
-    assert!(ran.exit == 0 && ran.out.contains("200 cycles, 200 answered"), "{}{}", ran.out, ran.err);
+    assert!(ran.exit == 0 && ran.out.contains("200 of 200 cycles of 4 ms ran, 200 answered"), "{}{}", ran.out, ran.err);
     let nobody = "sh -c 'exec sleep 1000' # {rsi} {ft}";
     let ran = shell.run(&["test", "--cell", "krc2", "--wait", "1", "--controller", nobody]);
     assert!(ran.exit == 2 && ran.err.contains("nobody asked the sensor"), "{}", ran.err);

@@ -205,7 +205,7 @@ fn what_does_not_go_together_is_refused_or_told() {
     let ran = shell.run(&[&record[..], &["--as", "proxy", "--robot-side", "0.0.0.0:49152"]].concat());
     assert!(ran.exit == 2 && flat(&ran.err).contains("the proxy would send to itself"), "{}", ran.err);
     // The controller would send to the port of its own file.
-    files(&shell, |text| text, |text| text.replace("49152", "49999"));
+    files(&shell, |text| text, |text| text.replace("49152", "49999").replace("DEF_Delay", "DEF_MACur"));
     std::fs::write(shell.path("c.pcap"), traffic(4_000_000, 250, true, Some(36)).pcap()).unwrap();
     let tap = [
         "record",
@@ -222,9 +222,11 @@ fn what_does_not_go_together_is_refused_or_told() {
     ];
     let ran = shell.run(&tap);
     assert_eq!(ran.exit, 0, "{}", ran.err);
-    assert!(ran.err.contains("warning: robot chaser: ") && ran.err.contains("port 49999"), "{}", ran.err);
+    for part in ["warning: robot chaser: ", "without DEF_Delay in SEND", "port 49999"] {
+        assert!(ran.err.contains(part), "{part}: {}", ran.err);
+    }
     let session = harness::recording::read(&shell.path("s.mcap"), &harness::recording::ReadOptions::default()).unwrap();
-    assert!(session.believed["remark_1"].contains("port 49999"), "{:?}", session.believed);
+    assert!(session.believed["remark_2"].contains("port 49999"), "{:?}", session.believed);
 }
 
 /// The bench at free ports: the command's words, where the robot speaks to, and the sensor.
