@@ -25,7 +25,8 @@ pub fn cell(name: &str, added: &str) -> Cell {
 }
 
 pub fn reference(cell: &Cell, duration_s: f64) -> Ran {
-    in_process(cell, &standard(), &Options { duration_s }, Task::Dock).unwrap_or_else(|error| panic!("{error}"))
+    in_process(cell, &standard(), &Options { duration_s, keeps: true }, Task::Dock)
+        .unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// A controller that is not the same in its second run.
@@ -53,7 +54,7 @@ fn two_runs_are_the_same_and_a_controller_that_is_not_is_named_with_its_cycle() 
     let model = cell.model(&standard()).unwrap();
     let inner = Reference::new(&model, cell.first().unwrap(), Task::Dock);
     let controller = OnWire::new(&cell, Drifting { inner, from: 57 }).unwrap();
-    let other = run(&cell, &standard(), &Options { duration_s: 0.8 }, &mut InProcess(controller)).unwrap();
+    let other = run(&cell, &standard(), &Options { duration_s: 0.8, keeps: true }, &mut InProcess(controller)).unwrap();
     assert_eq!(one.first_difference(&other), Some(57));
     assert_ne!(one.fingerprint(), other.fingerprint());
 }

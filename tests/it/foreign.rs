@@ -52,7 +52,7 @@ fn start(words: &[&str]) -> Started {
 
 fn ran(wires: &mut Wires, cycles: u64) -> Ran {
     let cell = Cell::find(Path::new("bench")).expect("a cell of the program");
-    let options = Options { duration_s: cycles as f64 * cell.config.time.cycle_s };
+    let options = Options { duration_s: cycles as f64 * cell.config.time.cycle_s, keeps: true };
     run(&cell, &standard(), &options, wires).expect("the wires hold")
 }
 

@@ -73,20 +73,20 @@ impl Bench {
         }
     }
 
-    /// What the host answers to everything that arrived in a cycle: the newest frame gets a reply.
-    fn answer(&mut self, now: Nanos, arrived: &[Out]) -> Option<Vec<u8>> {
-        let (mut events, mut fresh) = (Vec::new(), 0);
-        for out in arrived {
-            fresh += self.host.receive_datagram(now + out.within, &out.bytes, &mut events).len();
-        }
+    /// What the host answers to what arrived in a cycle: each datagram before the next, and of several documents in one the newest.
+    fn answer(&mut self, now: Nanos, arrived: &[Out]) -> Vec<Vec<u8>> {
+        let (mut events, mut replies) = (Vec::new(), Vec::new());
         let wanted = Corrections::six("RKorr", POSE, [1.25, -0.5, 0.0, 0.0, 0.0, 0.25]);
-        let reply = match fresh {
-            0 => self.host.repeat().map(<[u8]>::to_vec),
-            _ => self.host.reply(&wanted).ok(),
-        };
+        for out in arrived {
+            let is_fresh = !self.host.receive_datagram(now + out.within, &out.bytes, &mut events).is_empty();
+            replies.extend(match is_fresh {
+                true => self.host.reply(&wanted).ok(),
+                false => self.host.repeat().map(<[u8]>::to_vec),
+            });
+        }
         self.host.tick(now + Nanos(PERIOD.0 - 1), &mut events);
         self.classes.extend(events.iter().filter(|event| !event.is_news()).map(crate::rsi::Event::class));
-        reply
+        replies
     }
 
     fn run(&mut self) {
@@ -101,9 +101,9 @@ impl Bench {
             let frame = self.controller.frame(&measured, &[cycle as f64 * 0.0173; 6]);
             let (mut arrived, mut back) = (Vec::new(), Vec::new());
             self.frames.pass(cycle, (!frame.is_empty()).then_some(&frame), &mut arrived);
-            let reply = self.answer(Nanos(cycle as i64 * PERIOD.0), &arrived);
-            self.replies.pass(cycle, reply.as_deref(), &mut back);
-            let back: Vec<Vec<u8>> = back.into_iter().map(|out| out.bytes).collect();
+            let mut replies = self.answer(Nanos(cycle as i64 * PERIOD.0), &arrived).into_iter();
+            self.replies.pass(cycle, replies.next().as_deref(), &mut back);
+            let back: Vec<Vec<u8>> = back.into_iter().map(|out| out.bytes).chain(replies).collect();
             self.controller.cycle_of(&back, &mut self.log);
         }
     }

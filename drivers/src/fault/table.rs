@@ -9,7 +9,7 @@
 //! |---|---|
 //! | any reply that is lost, late, or has a wrong IPOC or Type | the controller counts them all as late, and says no more |
 //! | any reply that cannot be read | RSIBad stops the robot; the frames cease |
-//! | a frame that waits: `delay`, `jitter`, `two-documents` | it comes with the next, and only the newest is answered |
+//! | a frame that waits: `delay`, `jitter`; any reply that is lost | late is all that the controller counts |
 //! | a frame that others overtake: `swap`, `hold` | one packet late is one packet overtaken |
 //! | `ipoc-back` and `ipoc-restart` | a stamp far behind is a new session |
 //! | a comma, an exponent, `NaN` | a value that is no number |
@@ -26,7 +26,8 @@
 //! Where a class depends on a parameter: a bit that flips may as well hit a digit, and then it is a wrong value that nobody sees;
 //! a silence is one only if it lasts longer than the driver allows; a frozen IPOC is a duplicate until it comes the third time;
 //! `ipoc-crossing` without a wrap is none; a slow page is late only beyond the limit of the request; with HOLDON 0, or on iiQKA,
-//! a reply with other names is seen. For what a second socket, a closed port or a web server does, the row names the least.
+//! a reply with other names is seen; a computer that is slower than a burst answers the newest frame alone, and says
+//! `rsi-unanswered` of the others. For what a second socket, a closed port or a web server does, the row names the least.
 
 use super::action::Action;
 use super::wire_fault::Stream;
@@ -71,14 +72,9 @@ pub const TABLE: &[Row] = &[
     row_of("duplicate", Stream::RsiFrame, Needs::Bytes, &["rsi-duplicate"]),
     row_of("swap", Stream::RsiFrame, Needs::Bytes, &["rsi-gap", "rsi-late", "rsi-out-of-order"]),
     row_of("hold", Stream::RsiFrame, Needs::Bytes, &["rsi-gap", "rsi-late", "rsi-out-of-order"]),
-    row_of("delay", Stream::RsiFrame, Needs::Bytes, &["rsi-late", "rsi-unanswered"]),
-    row_of("jitter", Stream::RsiFrame, Needs::Bytes, &["rsi-late", "rsi-unanswered"]),
-    row_of(
-        "silence-then-burst",
-        Stream::RsiFrame,
-        Needs::Bytes,
-        &["rsi-backlog", "rsi-late", "rsi-silent", "rsi-unanswered"],
-    ),
+    row_of("delay", Stream::RsiFrame, Needs::Bytes, &["rsi-late"]),
+    row_of("jitter", Stream::RsiFrame, Needs::Bytes, &["rsi-late"]),
+    row_of("silence-then-burst", Stream::RsiFrame, Needs::Bytes, &["rsi-backlog", "rsi-late", "rsi-silent"]),
     row_of("truncate", Stream::RsiFrame, Needs::Bytes, &["rsi-gap", "rsi-late", "rsi-malformed"]),
     row_of("flip-bit", Stream::RsiFrame, Needs::Bytes, &["rsi-gap", "rsi-late", "rsi-malformed"]),
     row_of("nul-padding", Stream::RsiFrame, Needs::Bytes, &[]),

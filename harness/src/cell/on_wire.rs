@@ -21,8 +21,9 @@ struct Robot {
     mode: ModeName,
     start_mm_deg: [f64; 6],
     reported: Reported,
-    /// What was sent so far: the correction in absolute mode, its sum in relative mode.
+    /// What was sent so far: the correction in absolute mode; in relative mode its sum, and what the newest answer adds to it.
     sent_mm_deg: [f64; 6],
+    newest_mm_deg: [f64; 6],
 }
 
 /// See the module.
@@ -51,7 +52,7 @@ impl<C: Controller> OnWire<C> {
             let reported = Reported { pose_mm_deg: config.start_mm_deg, ..Reported::default() };
             let pc = Pc::new(cell.driven(nth)?, &config.correction, config.decimals, config.mode.into());
             let (mode, start_mm_deg) = (config.mode, config.start_mm_deg);
-            Ok(Robot { pc, mode, start_mm_deg, reported, sent_mm_deg: [0.0; 6] })
+            Ok(Robot { pc, mode, start_mm_deg, reported, sent_mm_deg: [0.0; 6], newest_mm_deg: [0.0; 6] })
         };
         let robots = (0..cell.config.robots.len()).map(robot).collect::<Result<_, Error>>()?;
         let (probe, nozzle) = cell.roles();
@@ -131,6 +132,10 @@ impl<C: Controller> OnWire<C> {
         let Some(fresh) = heard else { return Ok(robot.pc.again()) };
         robot.reported.pose_mm_deg = fresh.pose_mm_deg.unwrap_or(robot.reported.pose_mm_deg);
         robot.reported.external_mm = fresh.external_mm.unwrap_or(robot.reported.external_mm);
+        if robot.mode == ModeName::Relative && fresh.is_refused {
+            let newest = std::mem::take(&mut robot.newest_mm_deg);
+            robot.sent_mm_deg.iter_mut().zip(newest).for_each(|(sum, sent)| *sum -= sent);
+        }
         let correction = if nth == self.probe { self.commanded() } else { [0.0; 6] };
         let robot = &mut self.robots[nth];
         let value = match robot.mode {
@@ -141,6 +146,7 @@ impl<C: Controller> OnWire<C> {
         for (sum, sent) in robot.sent_mm_deg.iter_mut().zip(sent) {
             *sum = if robot.mode == ModeName::Relative { *sum + sent } else { sent };
         }
+        robot.newest_mm_deg = sent;
         Ok(Some(answer))
     }
 

@@ -2,13 +2,15 @@
 
 use super::config::Cell;
 use super::run::Ran;
-use super::wires::Timing;
+use super::wires::{Spread, Timing};
 use crate::files::sha256_hex;
 use crate::recording::{Pose, Series};
+use crate::report::story::words::Scale;
 use crate::report::{Page, PlotGroup, Role, Row, Section, Table, Tone};
 use crate::scenario::page::{MM_PER_M, columns, curve, over_time, panel};
 
 const US_PER_NS: f64 = 1e-3;
+const CELL: &str = "cell";
 
 /// The page of a run. `ended` is how, in a few words; `command` makes it again; `files` are what was written.
 pub fn page(
@@ -28,6 +30,12 @@ pub fn page(
         }
         None => "Probe and nozzle never touch.".to_owned(),
     });
+    if let Some((peak_n, at_s)) = ran.peak {
+        sentences.push(format!(
+            "The largest reading along z is {}, at {at_s:.3} s.",
+            Scale::of("N", peak_n).figures(peak_n, 4)
+        ));
+    }
     sentences.extend(ran.stops.iter().map(|(robot, why)| format!("{robot}: {why}")));
     let file = |text: &str| format!("sha256 {}", sha256_hex(text.as_bytes()));
     let mut provenance = vec![
@@ -60,11 +68,11 @@ pub fn page(
 fn signals(cell: &Cell, ran: &Ran) -> PlotGroup {
     let seconds = |time_ns: &[i64]| time_ns.iter().map(|ns| *ns as f64 * 1e-9).collect::<Vec<_>>();
     let along = |label: &str, role, series: &Option<Series<Pose>>| {
-        let series = series.as_ref()?;
+        let series = series.as_ref().filter(|series| !series.value.is_empty())?;
         let z_mm = series.value.iter().map(|pose| pose.position_m[2] * MM_PER_M);
         Some(panel(&format!("{label} in mm"), seconds(&series.time_ns), vec![curve(label, role, z_mm)]))
     };
-    let force = ran.session.sensed.as_ref().map(|series| {
+    let force = ran.session.sensed.as_ref().filter(|series| !series.value.is_empty()).map(|series| {
         let z_n = series.value.iter().map(|wrench| wrench.force_n[2]);
         panel("reading of the sensor in N", seconds(&series.time_ns), vec![curve("along z", Role::Measured, z_n)])
     });
@@ -93,43 +101,42 @@ fn faults(ran: &Ran) -> Option<Table> {
 }
 
 fn events(ran: &Ran) -> Option<Table> {
-    let row = |who: &str, class: &str, count: u64| Row {
-        cells: vec![who.to_owned(), class.to_owned(), count.to_string()],
-        tone: None,
+    let row = |who: &str, class: &str, count: u64| {
+        let first = ran.first_of.get(class).filter(|_| who == CELL).cloned().unwrap_or_default();
+        Row { cells: vec![who.to_owned(), class.to_owned(), first, count.to_string()], tone: None }
     };
-    let mut rows: Vec<Row> = ran.events.iter().map(|(class, count)| row("cell", class, *count)).collect();
+    let mut rows: Vec<Row> = ran.events.iter().map(|(class, count)| row(CELL, class, *count)).collect();
     rows.extend(ran.driver.iter().map(|(class, count)| row("driver", class, *count)));
     (!rows.is_empty()).then(|| Table {
         title: "What was seen".to_owned(),
         note: "By the cell: its robot controllers and sockets. By the driver: the computer's side, where it is in this program."
             .to_owned(),
-        columns: columns(&["by", "event"], &["times"]),
+        columns: columns(&["by", "event", "the first"], &["times"]),
         rows,
         section: Section::Quantities,
     })
 }
 
 fn kept(timing: &Timing) -> Table {
-    let ([late_sum, late_most], (answers, [took_sum, took_most])) = (timing.late_ns, timing.answers);
-    let us = |ns: i64| format!("{:.0} µs", ns as f64 * US_PER_NS);
-    let mean = |sum_ns: i64, count: u64| format!("{:.0} µs", sum_ns as f64 * US_PER_NS / count.max(1) as f64);
-    let row = |cells: [String; 4]| Row { cells: cells.into(), tone: None };
+    let us = |ns: f64| format!("{:.0} µs", ns * US_PER_NS);
+    let row = |what: &str, spread: &Spread| {
+        let mean_ns = spread.sum_ns as f64 / spread.count.max(1) as f64;
+        Row {
+            cells: vec![what.to_owned(), spread.count.to_string(), us(mean_ns), us(spread.most_ns as f64)],
+            tone: None,
+        }
+    };
     let load = 100.0 * timing.busy_ns as f64 / timing.total_ns.max(1) as f64;
     Table {
         title: "Real time".to_owned(),
         note: format!(
             "{} answers were late or missing. {load:.1} % of the time was not spent waiting.",
-            timing.missing
+            timing.late_or_missing
         ),
         columns: columns(&["what"], &["count", "mean", "at most"]),
         rows: vec![
-            row([
-                "frames sent late by".to_owned(),
-                timing.cycles.to_string(),
-                mean(late_sum, timing.cycles),
-                us(late_most),
-            ]),
-            row(["answers in time after".to_owned(), answers.to_string(), mean(took_sum, answers), us(took_most)]),
+            row("frames sent late by", &timing.sent_late),
+            row("answers in time after", &timing.answers_in_time),
         ],
         section: Section::Quantities,
     }

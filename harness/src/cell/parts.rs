@@ -14,6 +14,10 @@ use sim_core::space::{Axis, AxisMotion};
 
 /// Periods are the same to this share: a decimal fraction of a second is rounded.
 const PERIOD_ROUNDING: f64 = 1e-9;
+/// Stamp of the first frame: a week of milliseconds, as a controller has that has run for a while. Chosen.
+const FIRST_IPOC: u64 = 604_800_000;
+/// By how much the clock of the next robot is ahead. Chosen.
+const BETWEEN_IPOC: u64 = 3_600_004;
 /// Turns that a cell along one axis does not know, below this: rounding of the frames.
 const ALIGNED_RAD: f64 = 1e-6;
 
@@ -199,8 +203,8 @@ impl Cell {
     }
 }
 
-/// The virtual controller of a robot.
-pub(super) fn settings(robot: &RobotConfig, config: EthernetConfig, cycle_s: f64) -> Settings {
+/// The virtual controller of a robot, by its number in the cell.
+pub(super) fn settings(nth: usize, robot: &RobotConfig, config: EthernetConfig, cycle_s: f64) -> Settings {
     let family = match robot.family {
         FamilyName::Krc2 => Family::Krc2,
         FamilyName::Krc4 => Family::Krc4,
@@ -217,6 +221,7 @@ pub(super) fn settings(robot: &RobotConfig, config: EthernetConfig, cycle_s: f64
         decimals: robot.decimals,
         correction: robot.correction.clone(),
         frame_bytes: robot.frame_bytes,
+        first_ipoc: FIRST_IPOC + nth as u64 * BETWEEN_IPOC,
         limits: limits(&robot.limits),
         late: match robot.late {
             LateConfig::Total { limit } => LateRule::Total { limit },

@@ -12,6 +12,8 @@ pub(super) struct Fresh {
     pub pose_mm_deg: Option<[f64; 6]>,
     /// `EIPos`, if it is there.
     pub external_mm: Option<[f64; 6]>,
+    /// The controller did not take the newest answer: it counts more late ones than frames without an answer.
+    pub is_refused: bool,
 }
 
 /// See the module.
@@ -19,12 +21,14 @@ pub(super) struct Pc {
     host: Host,
     correction: String,
     events: Vec<Event>,
+    /// Late answers that the controller had counted in the newest frame.
+    late: i64,
 }
 
 impl Pc {
     pub fn new(config: EthernetConfig, correction: &str, decimals: u8, mode: Mode) -> Self {
         let host = Host::new(config, HostOptions { decimals, mode, ..HostOptions::default() });
-        Pc { host, correction: correction.to_owned(), events: Vec::new() }
+        Pc { host, correction: correction.to_owned(), events: Vec::new(), late: 0 }
     }
 
     /// The newest of the frames that came at once, if it wants a new answer.
@@ -34,9 +38,14 @@ impl Pc {
         documents: Vec<Result<Vec<u8>, Malformed>>,
         counts: &mut BTreeMap<String, u64>,
     ) -> Option<Fresh> {
-        let frame = self.host.receive_documents(now, documents, &mut self.events).pop();
+        let frames = self.host.receive_documents(now, documents, &mut self.events);
         self.count(counts);
-        frame.map(|frame| Fresh { pose_mm_deg: frame.pose_mm_deg, external_mm: frame.external })
+        let frame = frames.last()?;
+        let unanswered = frames.iter().map(|frame| frame.missing).sum::<u64>() + frames.len() as u64 - 1;
+        let late = frame.delay.unwrap_or(self.late);
+        let is_refused = late.saturating_sub(self.late) > i64::try_from(unanswered).unwrap_or(i64::MAX);
+        self.late = late;
+        Some(Fresh { pose_mm_deg: frame.pose_mm_deg, external_mm: frame.external, is_refused })
     }
 
     /// The answer to a frame that came again.

@@ -20,7 +20,7 @@ const LOOK: Duration = Duration::from_millis(20);
 /// A program that runs.
 pub struct Started {
     child: Child,
-    output: Arc<Mutex<Vec<u8>>>,
+    output: Arc<Mutex<Kept>>,
     readers: Vec<JoinHandle<()>>,
     status: Option<ExitStatus>,
     is_stopped: bool,
@@ -80,7 +80,7 @@ impl Started {
                 .place("argument --controller")
                 .help("check the path of the program, seen from where you are")
         })?;
-        let output = Arc::new(Mutex::new(Vec::new()));
+        let output = Arc::new(Mutex::new(Kept::default()));
         let mut readers = Vec::new();
         readers.extend(child.stdout.take().map(|stream| keep(stream, &output)));
         readers.extend(child.stderr.take().map(|stream| keep(stream, &output)));
@@ -95,14 +95,13 @@ impl Started {
         self.status.is_some()
     }
 
-    /// Waits so long for it to end by itself, then stops it.
+    /// Waits so long for it to end by itself, asks it to end (SIGTERM), waits as long again, then stops it.
     pub fn stop(mut self, patience: Duration) -> Ended {
-        let mut looks = patience.as_millis() / LOOK.as_millis();
-        while !self.has_ended() && looks > 0 {
-            std::thread::sleep(LOOK);
-            looks -= 1;
+        let was_stopped = !self.ends_within(patience);
+        if was_stopped {
+            self.signal(Signal::SIGTERM);
+            self.ends_within(patience);
         }
-        let was_stopped = !self.has_ended();
         self.kill();
         let code = self.status.and_then(|status| status.code());
         // A program that left its group may hold the streams open: what has come until then is kept.
@@ -111,21 +110,34 @@ impl Started {
             std::thread::sleep(LOOK);
             looks -= 1;
         }
-        let output = self.output.lock().map(|kept| String::from_utf8_lossy(&kept).into_owned()).unwrap_or_default();
+        let output = self.output.lock().map(|kept| kept.text()).unwrap_or_default();
         Ended { code, was_stopped, output }
     }
 }
 
 impl Started {
-    /// Stops the program and whatever it has started.
+    fn ends_within(&mut self, patience: Duration) -> bool {
+        let mut looks = patience.as_millis() / LOOK.as_millis();
+        while !self.has_ended() && looks > 0 {
+            std::thread::sleep(LOOK);
+            looks -= 1;
+        }
+        self.has_ended()
+    }
+
+    /// For the program and whatever it has started.
+    fn signal(&self, signal: Signal) {
+        if let Ok(leader) = i32::try_from(self.child.id()) {
+            // All of them may have ended in between: then there is nothing to stop.
+            let _ = killpg(Pid::from_raw(leader), signal);
+        }
+    }
+
     fn kill(&mut self) {
         if std::mem::replace(&mut self.is_stopped, true) {
             return;
         }
-        if let Ok(leader) = i32::try_from(self.child.id()) {
-            // All of them may have ended in between: then there is nothing to stop.
-            let _ = killpg(Pid::from_raw(leader), Signal::SIGKILL);
-        }
+        self.signal(Signal::SIGKILL);
         if self.status.is_none() {
             self.status = self.child.wait().ok();
         }
@@ -138,7 +150,32 @@ impl Drop for Started {
     }
 }
 
-fn keep(mut stream: impl Read + Send + 'static, output: &Arc<Mutex<Vec<u8>>>) -> JoinHandle<()> {
+/// The end of what a program printed, and how much came before it.
+#[derive(Default)]
+struct Kept {
+    bytes: Vec<u8>,
+    dropped: usize,
+}
+
+impl Kept {
+    fn add(&mut self, bytes: &[u8]) {
+        self.bytes.extend_from_slice(bytes);
+        let surplus = self.bytes.len().saturating_sub(OUTPUT_BYTES_MAX);
+        self.bytes.drain(..surplus);
+        self.dropped += surplus;
+    }
+
+    fn text(&self) -> String {
+        let text = String::from_utf8_lossy(&self.bytes);
+        if self.dropped == 0 {
+            text.into_owned()
+        } else {
+            format!("({} bytes before this were not kept)\n{text}", self.dropped)
+        }
+    }
+}
+
+fn keep(mut stream: impl Read + Send + 'static, output: &Arc<Mutex<Kept>>) -> JoinHandle<()> {
     let output = output.clone();
     std::thread::spawn(move || {
         let mut buffer = [0; 4096];
@@ -147,9 +184,7 @@ fn keep(mut stream: impl Read + Send + 'static, output: &Arc<Mutex<Vec<u8>>>) ->
             if length == 0 {
                 return;
             }
-            kept.extend_from_slice(&buffer[..length]);
-            let surplus = kept.len().saturating_sub(OUTPUT_BYTES_MAX);
-            kept.drain(..surplus);
+            kept.add(&buffer[..length]);
         }
     })
 }
@@ -173,6 +208,15 @@ mod tests {
         let ended = shell("exec sleep 1000").stop(Duration::ZERO);
         assert_eq!((ended.code, ended.was_stopped), (None, true));
         assert!(Started::start(&["./there-is-no-such-program".to_owned()]).is_err());
+        let asked = "trap 'echo goodbye; exit 0' TERM; echo ready; while true; do sleep 0.05; done";
+        let started = shell(asked);
+        while !started.output.lock().unwrap().text().contains("ready") {
+            std::thread::sleep(LOOK);
+        }
+        let ended = started.stop(Duration::from_secs(10));
+        assert!(ended.was_stopped && ended.output.contains("goodbye"), "{ended:?}");
+        let ended = shell("head -c 70000 /dev/zero | tr '\\0' x").stop(Duration::from_secs(20));
+        assert!(ended.output.starts_with("(4464 bytes before this were not kept)\nx"), "{}", &ended.output[..60]);
     }
 
     #[test]
@@ -182,7 +226,7 @@ mod tests {
         let mut grandchild = String::new();
         while !grandchild.ends_with('\n') {
             assert!(!started.has_ended(), "it waits for what it started");
-            grandchild = String::from_utf8(started.output.lock().unwrap().clone()).unwrap();
+            grandchild = started.output.lock().unwrap().text();
         }
         started.stop(Duration::ZERO);
         let about = format!("/proc/{}/stat", grandchild.trim());

@@ -26,6 +26,8 @@ use std::collections::BTreeMap;
 pub struct Options {
     /// How long, in the cell's own time.
     pub duration_s: f64,
+    /// Whether what is exchanged is kept: without it the session is empty, and memory does not grow with the length of the run.
+    pub keeps: bool,
 }
 
 /// What the other side sends in one cycle.
@@ -64,8 +66,9 @@ pub trait Peer {
     fn account(&mut self) -> (BTreeMap<&'static str, u64>, Vec<FaultAccount>) {
         Default::default()
     }
-    /// What the drivers of the computer's side reported, by class, if they are in this process.
-    fn driver(&mut self) -> BTreeMap<String, u64> {
+    /// What the drivers of the computer's side reported, by class, if they are in this process. `ceased` is when the last robot
+    /// stopped, if they all did: for the computer time goes on.
+    fn driver(&mut self, _ceased: Option<Nanos>) -> BTreeMap<String, u64> {
         BTreeMap::new()
     }
 }
@@ -114,7 +117,10 @@ impl<C: Controller> Peer for InProcess<C> {
         Ok(())
     }
 
-    fn driver(&mut self) -> BTreeMap<String, u64> {
+    fn driver(&mut self, ceased: Option<Nanos>) -> BTreeMap<String, u64> {
+        if let Some(at) = ceased {
+            self.0.tick(at + SILENCE, &mut Vec::new());
+        }
         std::mem::take(&mut self.0.events)
     }
 }
@@ -126,6 +132,8 @@ pub struct Ran {
     pub session: Session,
     /// When probe and nozzle touched first and last, in s of the cell, to one cycle.
     pub contact_s: Option<[f64; 2]>,
+    /// The largest reading along z, of either sign, in N, and when it was taken, in s of the cell.
+    pub peak: Option<(f64, f64)>,
     /// Cycles that were run.
     pub cycles: u64,
     /// Cycles that were to be run.
@@ -140,6 +148,8 @@ pub struct Ran {
     pub stops: Vec<(String, String)>,
     /// Events of the robot controllers and of the cell's sockets, by class.
     pub events: BTreeMap<&'static str, u64>,
+    /// Of each event of the robot controllers the first, in words.
+    pub first_of: BTreeMap<&'static str, String>,
     /// What the drivers of the computer's side reported, by class, if they were in this process.
     pub driver: BTreeMap<String, u64>,
     /// What came of each fault.
@@ -167,6 +177,9 @@ impl Ran {
         format!("{:016x}", self.prints.iter().fold(SEED, |print, cycle| hashed(print, &cycle.to_le_bytes())))
     }
 }
+
+/// How long the computer waits on when the robots have stopped: longer than any driver takes to speak of silence. Chosen.
+const SILENCE: Nanos = Nanos(500_000_000);
 
 /// FNV-1a.
 const SEED: u64 = 0xcbf2_9ce4_8422_2325;
@@ -211,7 +224,8 @@ pub fn run(cell: &Cell, catalog: &Catalog<Axis>, options: &Options, peer: &mut d
     let mut ran = None;
     let parts = blocks::Cell::of(&model, model.plant.mass_kg);
     parts.facility(&effects, simulate::rates(&model), &start, &mut |facility| {
-        let one = Run { cell, model: &model, faults: &faults, streams: start.streams, late_s, cycles: cycles as u64 };
+        let (cycles, keeps) = (cycles as u64, options.keeps);
+        let one = Run { cell, model: &model, faults: &faults, streams: start.streams, late_s, cycles, keeps };
         ran = Some(one.run(facility, peer));
     });
     let mut ran = ran.expect("the facility was handed over")?;
@@ -230,17 +244,22 @@ struct Run<'r> {
     streams: Streams,
     late_s: f64,
     cycles: u64,
+    keeps: bool,
 }
 
 impl Run<'_> {
     fn run(&self, facility: &mut dyn Stepped<Axis>, peer: &mut dyn Peer) -> Result<Ran, Error> {
         let mut cell = VirtualCell::new(self.cell, self.model, self.faults, &self.streams, facility)?;
+        cell.keeps = self.keeps;
         let (mut packets, mut answers, mut prints) = (Vec::new(), Answers::default(), Vec::new());
         let (probe, _) = self.cell.roles();
         peer.equip(self.cell, NetFaults::of(self.cell, &self.faults.wire, &self.faults.places, &self.streams))?;
         peer.begin(&cell.greetings(), &mut answers)?;
         let (mut answered, mut left) = (0, false);
         for cycle in 0..self.cycles {
+            if answers.interrupted {
+                break;
+            }
             answers.requests.drain(..).for_each(|request| cell.request(&request, &mut packets));
             cell.begin(&mut packets);
             peer.exchange(&cell.moment(), &packets, &mut answers)?;
@@ -253,7 +272,7 @@ impl Run<'_> {
             cell.end();
             packets.clear();
             left = answers.gone && cycle + 1 < self.cycles && !cell.is_over();
-            if answers.gone || answers.interrupted || cell.is_over() {
+            if answers.gone || cell.is_over() {
                 break;
             }
         }
@@ -261,18 +280,20 @@ impl Run<'_> {
         cell.events.extend(events);
         let name = |(nth, why): (usize, String)| (self.cell.config.robots[nth].name.clone(), why);
         Ok(Ran {
-            session: cell.log.session(self.model, self.cell, cell.contact.is_some(), self.late_s),
             contact_s: cell.contact.map(|times| times.map(Nanos::seconds)),
+            peak: cell.peak.map(|(peak_n, at)| (peak_n, at.seconds())),
             cycles: prints.len() as u64,
             answered,
             planned: self.cycles,
             left,
             interrupted: answers.interrupted,
-            driver: peer.driver(),
+            driver: peer.driver(cell.is_over().then_some(cell.now())),
             stops: cell.stops().into_iter().map(name).collect(),
             faults: [cell.faults(), of_sockets].concat(),
             events: std::mem::take(&mut cell.events),
+            first_of: std::mem::take(&mut cell.first_of),
             prints,
+            session: cell.log.session(self.model, self.cell, cell.contact.is_some(), self.late_s),
         })
     }
 }

@@ -85,7 +85,8 @@ impl Served {
         Ok(Served { robots, sensor, clock: WallClock::new() })
     }
 
-    /// Answers until nothing has come for `silence`; before the first frame, for `patience`. How many frames were answered.
+    /// Answers until nothing has come for `silence`; before the first frame, for `patience`; or until it is told to end. How many
+    /// frames were answered.
     ///
     /// # Errors
     /// When the sockets fail, or the controller commands what cannot be written.
@@ -94,6 +95,7 @@ impl Served {
         on_wire: &mut OnWire<C>,
         patience: Duration,
         silence: Duration,
+        ends: &dyn Fn() -> bool,
     ) -> Result<u64, Error> {
         let clock = self.clock;
         let now = || clock.now();
@@ -124,6 +126,9 @@ impl Served {
             arrivals.clear();
             on_wire.tick(clock.now(), &mut requests);
             let limit = if answered == 0 { patience } else { silence };
+            if ends() {
+                return Ok(answered);
+            }
             if came {
                 last = clock.now();
             } else if (clock.now() - last).0 > i64::try_from(limit.as_nanos()).unwrap_or(i64::MAX) {
@@ -145,13 +150,21 @@ impl Served {
                 Line::Sensor => self.sensor.receive(&now, &mut |_| true, &mut arrivals).map_err(failed)?,
             }
             count(&arrivals, events);
-            let mut of_line = Vec::new();
+            let (mut of_line, mut documents) = (Vec::new(), None);
             for arrival in arrivals.drain(..) {
                 let (Arrival::Bytes { at, bytes, .. } | Arrival::Invalid { at, bytes, .. }) = arrival else { continue };
-                of_line.push(match line {
-                    Line::Sensor => Heard::Reading(at, bytes),
-                    Line::Robot(nth) => Heard::Frames(nth, at, self.robots[nth].documents(&bytes)),
-                });
+                match line {
+                    Line::Sensor => of_line.push(Heard::Reading(at, bytes)),
+                    Line::Robot(nth) => {
+                        // Frames that waited came at once: the newest is answered, and the controller makes one step.
+                        let (newest, all) = documents.get_or_insert_with(|| (at, Vec::new()));
+                        *newest = at;
+                        all.extend(self.robots[nth].documents(&bytes));
+                    }
+                }
+            }
+            if let (Line::Robot(nth), Some((at, documents))) = (line, documents) {
+                of_line.push(Heard::Frames(nth, at, documents));
             }
             heard.push(of_line);
         }

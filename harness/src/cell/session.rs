@@ -2,8 +2,7 @@
 //!
 //! The log stands at the robot controllers and hears both directions: commands as they were sent, poses and readings as they
 //! arrived at the other side. Times are those of the cell: a command bears the time of the cycle that it answers, a reading the time
-//! at which it was taken. Twist is not on the wire, and so not in the session. The reported pose gets the noise of the read-out
-//! that the model declares, as in every session that is simulated here: the log has it, the loop does not feel it.
+//! at which it was taken. Twist is not on the wire, and so not in the session.
 
 use super::config::{Carries, Cell};
 use crate::error::Error;
@@ -51,7 +50,7 @@ impl Log {
 
     /// The session of a run; `touched` says whether probe and nozzle did, `late_s` by how much a recorder's stamps of the
     /// readings are late.
-    pub fn session(&self, model: &Model, cell: &Cell, touched: bool, late_s: f64) -> Session {
+    pub fn session(mut self, model: &Model, cell: &Cell, touched: bool, late_s: f64) -> Session {
         let name = &cell.config.name;
         let kind = match (touched, self.moved()) {
             (true, _) => Kind::Impact,
@@ -61,9 +60,9 @@ impl Log {
         let numbers = self.sensed.value.iter().map(|wrench| wrench.force_n[2]);
         let numbers = numbers.chain(self.measured.value.iter().map(|pose| pose.position_m[2]));
         let bytes: Vec<u8> = name.bytes().chain(numbers.flat_map(f64::to_le_bytes)).collect();
-        let mut sensed = self.sensed.clone();
+        let sha256 = sha256_hex(&bytes);
         let late_ns = (late_s * 1e9).round() as i64;
-        sensed.time_ns.iter_mut().for_each(|time_ns| *time_ns += late_ns);
+        self.sensed.time_ns.iter_mut().for_each(|time_ns| *time_ns += late_ns);
         let mut record = believed(model, model.plant.mass_kg, kind);
         // The step to which a command is rounded: `compare` asks no more of our software than that.
         let decimals = cell.config.robot(Carries::Probe).map_or(0, |robot| i32::from(robot.decimals));
@@ -71,14 +70,14 @@ impl Log {
         record.insert("command_quantum_m".to_owned(), quantum_m.to_string());
         Session {
             file: format!("{name}.cell").into(),
-            sha256: sha256_hex(&bytes),
+            sha256,
             start_ns: START_NS,
             kind,
             believed: record,
             twist: None,
-            commanded: Some(self.commanded.clone()),
-            measured: Some(self.measured.clone()),
-            sensed: Some(sensed),
+            commanded: Some(self.commanded),
+            measured: Some(self.measured),
+            sensed: Some(self.sensed),
             applied: None,
             grade: Grade::A,
             findings: Vec::new(),

@@ -21,11 +21,14 @@ use drivers::fault::{self, Event, Faulty, Needs, Out, Robot, Schedule, WireFault
 use drivers::ft::{self, AnyDevice, AnySensor, Device, Sensor};
 use drivers::rsi::{Controller, ControllerEvent, POSE, Telegram};
 use sim_core::closed_loop::Stepped;
-use sim_core::rng::{Stream, Streams};
+use sim_core::rng::Streams;
 use sim_core::space::{Axis, AxisMotion};
 use sim_core::time::Nanos;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::ops::Range;
+
+/// Frames that an answer may still be for. Chosen: a quarter of a second.
+const STAMPS_MAX: usize = 64;
 
 /// Who a packet is from, or for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,6 +73,9 @@ struct Link {
     clock_faults: Vec<(WireFault, Schedule)>,
     inbox: Vec<Vec<u8>>,
     answered: bool,
+    sentype: String,
+    /// Stamps of the newest frames as they went, and when.
+    stamps: VecDeque<(u64, Nanos)>,
     /// What was commanded, as it was sent: the pose at the start and the correction.
     start_mm_deg: [f64; 6],
     commanded: Reported,
@@ -91,9 +97,6 @@ pub struct VirtualCell<'f> {
     /// Hears what arrives from the sensor, for the log.
     tap: AnySensor,
     across: [f64; 2],
-    /// Noise of the read-out, in the log and not on the wire: standard deviation, in m, and where it is drawn.
-    readout_sigma_m: f64,
-    readout: Stream,
     /// Records of the sensor that were not there when the frames of their cycle went.
     late: Vec<Packet>,
     now: Nanos,
@@ -103,10 +106,16 @@ pub struct VirtualCell<'f> {
     asked: u64,
     /// When probe and nozzle touched first and last.
     pub contact: Option<[Nanos; 2]>,
+    /// The largest reading along z, of either sign, in N, and when it was taken.
+    pub peak: Option<(f64, Nanos)>,
     /// What was exchanged.
     pub log: Log,
+    /// Whether it is written down.
+    pub keeps: bool,
     /// How often each event came, by class.
     pub events: BTreeMap<&'static str, u64>,
+    /// Of each class the first, in words.
+    pub first_of: BTreeMap<&'static str, String>,
 }
 
 impl<'f> VirtualCell<'f> {
@@ -142,8 +151,6 @@ impl<'f> VirtualCell<'f> {
             requests: stream(fault::Stream::FtRequest),
             tap: settings_of_sensor.sensor().map_err(refuse)?,
             across: [pose.position_m.x, pose.position_m.y],
-            readout_sigma_m: model.readout.position_sigma_m,
-            readout: streams.named("cell/readout"),
             late: Vec::new(),
             now: Nanos(0),
             cycle: 0,
@@ -151,8 +158,11 @@ impl<'f> VirtualCell<'f> {
             samples_before: 0,
             asked: 0,
             contact: None,
+            peak: None,
             log: Log::default(),
+            keeps: true,
             events: BTreeMap::new(),
+            first_of: BTreeMap::new(),
         })
     }
 
@@ -225,6 +235,9 @@ impl<'f> VirtualCell<'f> {
     fn sample(&mut self, at: Nanos, reading_n: f64, out: &mut Vec<Packet>) {
         let (mut sent, mut arrived) = (Vec::new(), Vec::new());
         self.device.sample([0.0, -self.weight_n, reading_n], [0.0; 3], &mut sent);
+        if self.peak.is_none_or(|(peak_n, _)| reading_n.abs() > peak_n.abs()) {
+            self.peak = Some((reading_n, at));
+        }
         match sent.split_first() {
             Some((first, rest)) => {
                 self.ft.pass(self.samples, Some(first), &mut arrived);
@@ -287,19 +300,20 @@ impl<'f> VirtualCell<'f> {
                     for event in heard.drain(..) {
                         let ft::Event::Sample(sample) = event else { continue };
                         let wrench = Wrench { force_n: sample.force_n, torque_n_m: sample.torque_n_m };
-                        push(&mut self.log.sensed, packet.at.0, wrench);
+                        if self.keeps {
+                            push(&mut self.log.sensed, packet.at.0, wrench);
+                        }
                     }
                 }
                 Line::Robot(nth) => {
-                    let pose = Telegram::decode(&packet.bytes).ok().and_then(|frame| frame.six("RIst", POSE));
-                    let Some(Ok(pose_mm_deg)) = pose else { continue };
+                    let Ok(frame) = Telegram::decode(&packet.bytes) else { continue };
+                    self.links[nth].went(&frame, packet.at);
+                    let Some(Ok(pose_mm_deg)) = frame.six("RIst", POSE) else { continue };
                     self.links[nth].reported.pose_mm_deg = pose_mm_deg;
-                    if nth == self.probe {
+                    if self.keeps && nth == self.probe {
                         let nozzle = self.nozzle.map(|nozzle| &self.links[nozzle].reported);
                         let pose = self.places.relative(&self.links[nth].reported, nozzle);
-                        let mut pose = recorded(&pose);
-                        pose.position_m[2] += self.readout_sigma_m * self.readout.normal();
-                        push(&mut self.log.measured, packet.at.0, pose);
+                        push(&mut self.log.measured, packet.at.0, recorded(&pose));
                     }
                 }
             }
@@ -309,7 +323,7 @@ impl<'f> VirtualCell<'f> {
     /// An answer for a robot's controller.
     pub fn reply(&mut self, nth: usize, bytes: &[u8]) {
         let Some(link) = self.links.get_mut(nth) else { return };
-        link.commanded.pose_mm_deg = link.asked(bytes).unwrap_or(link.commanded.pose_mm_deg);
+        let asked = link.asked(bytes);
         let mut arrived = Vec::new();
         // Answers are counted by cycle: of several in one cycle, only the first can meet a fault.
         if link.answered {
@@ -319,10 +333,12 @@ impl<'f> VirtualCell<'f> {
             link.inbox.extend(arrived.into_iter().map(|packet| packet.bytes));
             link.answered = true;
         }
-        if nth == self.probe {
+        let Some((at, pose_mm_deg)) = asked else { return };
+        link.commanded.pose_mm_deg = pose_mm_deg;
+        if self.keeps && nth == self.probe {
             let nozzle = self.nozzle.map(|nozzle| self.links[nozzle].commanded);
             let pose = self.places.relative(&self.links[nth].commanded, nozzle.as_ref());
-            push(&mut self.log.commanded, self.now.0, recorded(&pose));
+            push(&mut self.log.commanded, at.0, recorded(&pose));
         }
     }
 
@@ -340,6 +356,7 @@ impl<'f> VirtualCell<'f> {
         }
         for event in events {
             *self.events.entry(event.class()).or_default() += 1;
+            self.first_of.entry(event.class()).or_insert_with(|| format!("cycle {}: {event}", self.cycle));
         }
         let nozzle = self.nozzle.map(|nozzle| self.target(nozzle));
         let pose = recorded(&self.places.relative(&self.target(self.probe), nozzle.as_ref()));
@@ -347,6 +364,11 @@ impl<'f> VirtualCell<'f> {
         let pitch_rad = 2.0 * libm::atan2(x, w);
         self.facility.command(AxisMotion { pitch_rad, ..AxisMotion::moving(pose.position_m[2], 0.0) });
         self.cycle += 1;
+    }
+
+    /// The cell's own time.
+    pub fn now(&self) -> Nanos {
+        self.now
     }
 
     /// Which robots have stopped, and what their controllers print.
@@ -374,19 +396,32 @@ impl<'f> VirtualCell<'f> {
 }
 
 impl Link {
-    /// Where an answer wants the robot, in mm and deg.
-    fn asked(&self, bytes: &[u8]) -> Option<[f64; 6]> {
-        let answer = Telegram::decode(bytes).ok()?;
+    /// A frame has gone to the computer.
+    fn went(&mut self, frame: &Telegram, at: Nanos) {
+        let Some(stamp) = frame.ipoc() else { return };
+        self.stamps.push_back((stamp.value, at));
+        if self.stamps.len() > STAMPS_MAX {
+            self.stamps.pop_front();
+        }
+    }
+
+    /// Where an answer wants the robot, in mm and deg, and when the frame came that it answers. What is not for this robot, or
+    /// answers no frame, wants nothing.
+    fn asked(&self, bytes: &[u8]) -> Option<(Nanos, [f64; 6])> {
+        let answer = Telegram::decode(bytes).ok().filter(|answer| answer.kind == self.sentype)?;
+        let stamp = answer.ipoc()?.value;
+        let (_, at) = self.stamps.iter().rev().find(|(known, _)| *known == stamp)?;
         let from = match self.mode {
             ModeName::Absolute => self.start_mm_deg,
-            ModeName::Relative => self.commanded.pose_mm_deg,
+            // What the controller has taken so far, and no more: a correction that was lost on its way is not in it.
+            ModeName::Relative => self.controller.target_mm_deg(),
         };
         answer.element(&self.correction)?;
         let mut pose = from;
         for (value, name) in pose.iter_mut().zip(POSE) {
             *value += answer.number(&self.correction, name).and_then(Result::ok).unwrap_or(0.0);
         }
-        Some(pose)
+        Some((*at, pose))
     }
 }
 
@@ -396,7 +431,7 @@ fn link(cell: &Cell, nth: usize, faults: &Faults, streams: &Streams) -> Result<L
     let period = Nanos::from_seconds(cycle_s);
     let whose = if nth == 0 { Robot::First(&robot.name) } else { Robot::Other(&robot.name) };
     let stream = |on| Faulty::new(on, whose, &faults.wire, period, streams);
-    let mut settings = settings(robot, cell.driven(nth)?, cycle_s);
+    let mut settings = settings(nth, robot, cell.driven(nth)?, cycle_s);
     let mut clock_faults = Vec::new();
     for (index, fault) in faults.wire.iter().enumerate() {
         let here = fault.robot.as_ref().map_or(nth == 0, |name| *name == robot.name);
@@ -413,6 +448,8 @@ fn link(cell: &Cell, nth: usize, faults: &Faults, streams: &Streams) -> Result<L
         controller: Controller::new(settings, robot.start_mm_deg, [0.0; 6]),
         mode: robot.mode,
         correction: robot.correction.clone(),
+        sentype: cell.driven(nth)?.sentype,
+        stamps: VecDeque::new(),
         frames: stream(fault::Stream::RsiFrame),
         replies: stream(fault::Stream::RsiReply),
         clock_faults,

@@ -2,13 +2,17 @@
 //!
 //! | time | when a cycle ends |
 //! |---|---|
-//! | virtual | when every robot that was sent a frame has its answer; after `patience` without one, that answer counts as missing |
+//! | virtual | when every frame has its answer; after `patience` without one, that answer counts as missing |
 //! | virtual, and a fault has changed a frame or closed a port | the same, but after at most 50 ms: there may be no answer |
-//! | real | the same, but at the latest when the next one begins; each packet is sent when its time has come |
+//! | real | the same, but at the latest when the next one begins, or one cycle after the frame if that was late; each packet is sent
+//!   when its time has come |
 //!
 //! Within a cycle the F/T packets are sent before the frames. A datagram on loopback is in the receiver's socket when the call that
 //! sends it returns: who has read the frame finds all readings of the cycle. Over TCP a frame may come in pieces, of which the last
 //! is sent after the readings too; an answer is there when its last piece is.
+//!
+//! In virtual time a controller is quick: of several frames for one robot, each is answered before the next is sent. An answer that
+//! comes a second time goes nowhere then, since when it comes is chance; in real time it goes to the robot, as on a network.
 //!
 //! Over TCP the cell connects when the controller has asked the sensor for its stream, and tries again until somebody listens.
 
@@ -21,6 +25,7 @@ use super::page_server::PageServer;
 use super::process::Started;
 use super::run::{Answers, FaultAccount, Peer};
 use super::virtual_cell::{Line, Moment, Packet};
+use super::waiting::{Heard, Waiting};
 use crate::error::Error;
 use drivers::fault::Stream;
 use drivers::ft::{AnyDevice, Device as _};
@@ -30,6 +35,7 @@ use serde::Serialize;
 use sim_core::time::Nanos;
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
+use std::ops::Range;
 use std::os::fd::AsFd;
 use std::time::Duration;
 
@@ -58,18 +64,37 @@ pub enum Pace {
 /// How well the time was kept.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Timing {
-    /// Cycles that were sent.
+    /// Cycles that were run.
     pub cycles: u64,
-    /// Sum of how late frames were sent, in ns, and the latest.
-    pub late_ns: [i64; 2],
-    /// Answers that came within their cycle, how long they took in all, and the slowest, in ns.
-    pub answers: (u64, [i64; 2]),
-    /// Frames without an answer within their cycle.
-    pub missing: u64,
+    /// How late the frames of a cycle were sent.
+    pub sent_late: Spread,
+    /// How long the answers took that came in time.
+    pub answers_in_time: Spread,
+    /// Frames without an answer in time.
+    pub late_or_missing: u64,
     /// Time that was not spent waiting, in ns.
     pub busy_ns: i64,
     /// Time from the first cycle to the last, in ns.
     pub total_ns: i64,
+}
+
+/// Times of one kind.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Spread {
+    /// How many.
+    pub count: u64,
+    /// Their sum, in ns.
+    pub sum_ns: i64,
+    /// The longest, in ns.
+    pub most_ns: i64,
+}
+
+impl Spread {
+    fn add(&mut self, time: Nanos) {
+        self.count += 1;
+        self.sum_ns += time.0;
+        self.most_ns = self.most_ns.max(time.0);
+    }
 }
 
 /// Where a cell and a controller meet.
@@ -99,6 +124,7 @@ pub(super) struct Robot {
     /// What is said and what is heard; the form of the length before a document is the controller's own, whatever is heard.
     streams: Option<[Frames; 2]>,
     has_length: bool,
+    waiting: Waiting,
 }
 
 impl Robot {
@@ -111,6 +137,7 @@ impl Robot {
             link: Calling::to(address, config.protocol)?,
             streams: (config.protocol == Transport::Tcp).then(|| [stream(), stream()]),
             has_length: config.length_prefix,
+            waiting: Waiting::default(),
         })
     }
 
@@ -142,11 +169,16 @@ pub struct Wires {
     ready: Duration,
     child: Option<Started>,
     ends: Box<dyn Fn() -> bool + Send>,
+    tells: Box<dyn Fn(&str) + Send>,
+    /// Cycles without an answer until now, one after the other.
+    silent: u64,
     /// Tells a request from noise.
     device: Option<AnyDevice>,
     begun: Option<Nanos>,
     waited_ns: i64,
     arrivals: Vec<Arrival>,
+    /// Answers that came a second time.
+    spare: BTreeMap<&'static str, u64>,
     /// How well the time was kept.
     pub timing: Timing,
 }
@@ -170,10 +202,13 @@ impl Wires {
             ready,
             child: None,
             ends: Box::new(|| false),
+            tells: Box::new(|_| {}),
+            silent: 0,
             device: None,
             begun: None,
             waited_ns: 0,
             arrivals: Vec::new(),
+            spare: BTreeMap::new(),
             timing: Timing::default(),
         })
     }
@@ -198,6 +233,11 @@ impl Wires {
         self.ends = Box::new(ends);
     }
 
+    /// Tells here that no answer comes.
+    pub fn tell(&mut self, tells: impl Fn(&str) + Send + 'static) {
+        self.tells = Box::new(tells);
+    }
+
     /// The program that was watched.
     pub fn release(&mut self) -> Option<Started> {
         self.child.take()
@@ -218,8 +258,18 @@ impl Wires {
             for arrival in self.arrivals.drain(..) {
                 match arrival {
                     Arrival::Bytes { bytes, .. } => {
-                        let heard = robot.answers(bytes).into_iter().filter(|answer| self.intruder.hears(nth, answer));
-                        answers.replies.extend(heard.map(|answer| (nth, answer)));
+                        for answer in robot.answers(bytes).into_iter().filter(|answer| self.intruder.hears(nth, answer))
+                        {
+                            match robot.waiting.heard(&answer) {
+                                Heard::Answer(sent) => self.timing.answers_in_time.add(clock.now() - sent),
+                                Heard::Spare if matches!(self.pace, Pace::Virtual { .. }) => {
+                                    *self.spare.entry("cell-spare-answer").or_default() += 1;
+                                    continue;
+                                }
+                                _ => {}
+                            }
+                            answers.replies.push((nth, answer));
+                        }
                     }
                     Arrival::Stranger { .. } => self.intruder.heard_stranger(),
                     // Nobody is there any more.
@@ -301,7 +351,10 @@ impl Wires {
         for nth in 0..self.robots.len() {
             while let Err(error) = self.robots[nth].link.connect(CONNECT) {
                 let Robot { name, address, .. } = &self.robots[nth];
-                if answers.gone || answers.interrupted {
+                if answers.interrupted {
+                    return Ok(());
+                }
+                if answers.gone {
                     return Err(Error::new(format!("the controller ended before it listened at {address} for {name}"))
                         .place("argument --controller")
                         .help("its own output says why"));
@@ -329,26 +382,22 @@ impl Wires {
         }
     }
 
-    /// Waits until every robot has as many answers as it sent frames, or until the end of the cycle.
-    fn collect(&mut self, sent: Nanos, end: Nanos, expected: &mut [u64], answers: &mut Answers) -> Result<(), Error> {
-        let mut seen = answers.replies.len();
+    /// Waits until the frames of these robots have their answers, or until the end.
+    fn collect(&mut self, robots: Range<usize>, end: Nanos, answers: &mut Answers) -> Result<(), Error> {
         loop {
-            let now = self.clock.now();
-            for (nth, _) in &answers.replies[seen..] {
-                if expected[*nth] > 0 {
-                    expected[*nth] -= 1;
-                    let took_ns = (now - sent).0;
-                    let (count, [sum_ns, most_ns]) = self.timing.answers;
-                    self.timing.answers = (count + 1, [sum_ns + took_ns, most_ns.max(took_ns)]);
+            let waits = self.robots[robots.clone()].iter().any(|robot| robot.waiting.waits());
+            let left = end - self.clock.now();
+            if !waits || answers.gone || answers.interrupted || left.0 <= 0 {
+                let given_up = self.robots[robots].iter_mut().filter_map(|robot| robot.waiting.give_up().then_some(()));
+                let given_up = given_up.count() as u64;
+                self.timing.late_or_missing += given_up;
+                self.silent = if given_up > 0 { self.silent + 1 } else { 0 };
+                if let (Pace::Virtual { patience }, 1..) = (self.pace, self.silent) {
+                    (self.tells)(&format!("no answer in {} cycles, each waited for {patience:?}", self.silent));
                 }
-            }
-            seen = answers.replies.len();
-            let is_done = expected.iter().all(|missing| *missing == 0);
-            if is_done || answers.gone || answers.interrupted || now >= end {
-                self.timing.missing += expected.iter().sum::<u64>();
                 return Ok(());
             }
-            self.look(Duration::from_nanos((end - now).0.unsigned_abs()), answers)?;
+            self.look(Duration::from_nanos(left.0.unsigned_abs()), answers)?;
         }
     }
 }
@@ -369,14 +418,16 @@ impl Peer for Wires {
     }
 
     fn account(&mut self) -> (BTreeMap<&'static str, u64>, Vec<FaultAccount>) {
-        (std::mem::take(&mut self.intruder.events), self.intruder.faults.accounts())
+        let mut events = std::mem::take(&mut self.intruder.events);
+        events.append(&mut self.spare);
+        (events, self.intruder.faults.accounts())
     }
 
     fn begin(&mut self, greetings: &[Packet], answers: &mut Answers) -> Result<(), Error> {
         let limit = nanos(self.ready);
         while answers.requests.is_empty() {
             if answers.interrupted {
-                return Err(Error::new("ended by a signal before a controller came"));
+                return Ok(());
             }
             if answers.gone {
                 return Err(Error::new("the controller ended before it asked for the sensor's stream")
@@ -392,12 +443,14 @@ impl Peer for Wires {
             self.look(LOOK, answers)?;
         }
         self.connect(limit, answers)?;
+        if answers.interrupted {
+            return Ok(());
+        }
         greetings.iter().try_for_each(|packet| self.send(packet))
     }
 
     fn exchange(&mut self, moment: &Moment, packets: &[Packet], answers: &mut Answers) -> Result<(), Error> {
         self.disturb(moment, packets, answers)?;
-        let cycle = moment.cycle;
         let begun = match self.begun {
             Some(begun) => begun,
             None => {
@@ -405,32 +458,38 @@ impl Peer for Wires {
                 *self.begun.insert(self.clock.now())
             }
         };
-        let mut expected = vec![0; self.robots.len()];
         let mut sent = None;
+        let mut is_sound = true;
         for packet in packets {
             if let Pace::Real(_) = self.pace {
                 self.wait_until(begun + packet.at, answers)?;
             }
-            if let Line::Robot(nth) = packet.line {
-                expected[nth] += 1;
-                sent.get_or_insert_with(|| self.clock.now());
+            let Line::Robot(nth) = packet.line else {
+                self.send(packet)?;
+                continue;
+            };
+            if let (true, Pace::Virtual { patience }) = (self.robots[nth].waiting.waits(), self.pace) {
+                let end = self.clock.now() + nanos(if is_sound { patience } else { patience.min(DOUBT) });
+                self.collect(nth..nth + 1, end, answers)?;
             }
+            is_sound &= packet.is_sound && !self.intruder.is_in_doubt();
+            let now = self.clock.now();
+            sent.get_or_insert(now);
+            self.robots[nth].waiting.sent(&packet.bytes, now);
             self.send(packet)?;
         }
         let sent = sent.unwrap_or_else(|| self.clock.now());
         let end = match self.pace {
             Pace::Virtual { patience } => {
-                let is_sound = packets.iter().all(|packet| packet.is_sound) && !self.intruder.is_in_doubt();
-                sent + nanos(if is_sound { patience } else { patience.min(DOUBT) })
+                self.clock.now() + nanos(if is_sound { patience } else { patience.min(DOUBT) })
             }
             Pace::Real(period) => {
-                let late_ns = (sent - begun).0 - cycle as i64 * period.0;
-                let [sum_ns, most_ns] = self.timing.late_ns;
-                self.timing.late_ns = [sum_ns + late_ns, most_ns.max(late_ns)];
-                begun + Nanos((cycle as i64 + 1) * period.0)
+                self.timing.sent_late.add(sent - begun - Nanos(moment.cycle as i64 * period.0));
+                // That a frame was sent late is not the controller's fault.
+                (begun + Nanos((moment.cycle as i64 + 1) * period.0)).max(sent + period)
             }
         };
-        self.collect(sent, end, &mut expected, answers)?;
+        self.collect(0..self.robots.len(), end, answers)?;
         self.timing.cycles += 1;
         self.timing.total_ns = (self.clock.now() - begun).0;
         self.timing.busy_ns = self.timing.total_ns - self.waited_ns;

@@ -34,7 +34,7 @@ pub struct Running {
     #[arg(long)]
     pub force: bool,
     /// Length of the run in the cell's own time, in s.
-    #[arg(long, value_name = "S", default_value_t = 2.0)]
+    #[arg(long, value_name = "S", default_value_t = 2.0, allow_negative_numbers = true)]
     pub duration: f64,
     /// Begin here along z instead of where the cell says, in m; positive is penetration.
     #[arg(long, value_name = "Z", allow_negative_numbers = true)]
@@ -43,7 +43,7 @@ pub struct Running {
     #[arg(long, value_name = "V", allow_negative_numbers = true)]
     pub velocity: Option<f64>,
     /// Draw noise and faults from this seed instead of the cell's.
-    #[arg(long, value_parser = inputs::seed)]
+    #[arg(long, value_parser = inputs::seed, allow_negative_numbers = true)]
     pub seed: Option<u64>,
     #[command(flatten)]
     pub outputs: Outputs,
@@ -57,7 +57,7 @@ pub struct Timed {
     #[arg(long)]
     pub real_time: bool,
     /// Virtual time: how long an answer may take before it counts as missing, in ms.
-    #[arg(long, value_name = "MS", default_value_t = PATIENCE_MS)]
+    #[arg(long, value_name = "MS", default_value_t = PATIENCE_MS, value_parser = clap::value_parser!(u64).range(1..))]
     pub patience: u64,
     /// How long to wait for the controller to come, in s.
     #[arg(long, value_name = "S", default_value_t = 60)]
@@ -101,7 +101,7 @@ impl Running {
 
     /// How long it runs.
     pub fn options(&self) -> Options {
-        Options { duration_s: self.duration }
+        Options { duration_s: self.duration, keeps: self.output.is_some() || self.outputs.report.is_some() }
     }
 
     /// Says how a run ended, saves it, and gives its exit code.
@@ -115,7 +115,7 @@ impl Running {
     ) -> Result<Exit, Error> {
         let End { exit, tone, words, error } = End::of(cell, ran, complaint);
         let mut files = Vec::new();
-        if let Some(path) = &self.output {
+        if let Some(path) = self.output.as_ref().filter(|_| ran.cycles > 0) {
             let bytes = session::mcap(&ran.session, cell)?;
             files.push((path.display().to_string(), format!("sha256 {}", sha256_hex(&bytes))));
             console.write(path, &bytes)?;
@@ -148,13 +148,17 @@ impl End {
         let end = |exit, words: &str, error| {
             let tone = match exit {
                 Exit::Pass => Tone::Good,
-                Exit::Undecided => Tone::Warning,
+                Exit::Interrupted => Tone::Warning,
                 _ => Tone::Bad,
             };
             End { exit, tone, words: words.to_owned(), error }
         };
         if complaint.is_some() {
             return end(Exit::Failed, "fail: the controller ended with an error of its own", complaint);
+        }
+        if ran.interrupted {
+            let words = format!("interrupted by a signal after {} of {} cycles", ran.cycles, ran.planned);
+            return end(Exit::Interrupted, &words, None);
         }
         if ran.left {
             let what = format!("the controller left in cycle {} of {}", ran.cycles, ran.planned);
@@ -165,10 +169,6 @@ impl End {
         if !idle.is_empty() {
             let error = did_nothing(&idle, "[[fault]]").file(&cell.source.file);
             return end(Exit::Idle, "the run says nothing: a fault did nothing", Some(error));
-        }
-        if ran.interrupted {
-            let words = format!("undecided: ended by a signal in cycle {} of {}", ran.cycles, ran.planned);
-            return end(Exit::Undecided, &words, None);
         }
         match ran.stops.first() {
             Some((robot, _)) => end(Exit::Failed, &format!("fail: {robot} stopped"), None),
@@ -217,6 +217,8 @@ impl Arguments {
         console.say(&format!("sensor at {}{page}; frames go to {}\n", wires.sensor(), robots.join(" and ")));
         let interrupt = Interrupt::watch()?;
         wires.end_when(move || interrupt.asked());
+        let progress = console.progress();
+        wires.tell(move |text| progress.say(text));
         let ran = run(&cell, catalog, &self.running.options(), &mut wires)?;
         let timing = self.timed.real_time.then_some(&wires.timing);
         self.running.ended(&cell, &ran, timing, None, console)
@@ -255,11 +257,15 @@ fn json(ran: &Ran, timing: Option<&Timing>) -> serde_json::Value {
         "cycles": ran.cycles,
         "planned": ran.planned,
         "answered": ran.answered,
+        "contact_s": ran.contact_s,
+        "peak_n": ran.peak.map(|(peak_n, _)| peak_n),
+        "peak_at_s": ran.peak.map(|(_, at_s)| at_s),
         "exchange": ran.fingerprint(),
         "left_early": ran.left,
         "interrupted": ran.interrupted,
         "stops": stops,
         "cell_events": ran.events,
+        "first_of_cell_events": ran.first_of,
         "driver_events": ran.driver,
         "faults": ran.faults,
         "real_time": timing,

@@ -2,6 +2,7 @@
 //! has been silent, and says what it saw.
 
 use super::console::Console;
+use super::interrupt::Interrupt;
 use super::outcome::Exit;
 use crate::cell::Cell;
 use crate::cell::controller::{Reference, Task};
@@ -113,7 +114,8 @@ impl Arguments {
         let mut on_wire = OnWire::new(&cell, controller)?;
         let mut served = Served::bind(&cell, &addresses)?;
         let (patience, silence) = (Duration::from_secs(self.wait), Duration::from_millis(self.silence));
-        let answered = served.serve(&mut on_wire, patience, silence);
+        let interrupt = Interrupt::watch()?;
+        let answered = served.serve(&mut on_wire, patience, silence, &|| interrupt.asked());
         for (class, count) in on_wire.events {
             *events.entry(class).or_default() += count;
         }

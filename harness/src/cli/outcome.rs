@@ -19,10 +19,12 @@ pub enum Exit {
     Diverged = 5,
     /// A fault that was put in changed nothing.
     Idle = 6,
+    /// A signal ended it before its end; what came until then is told and saved.
+    Interrupted = 130,
 }
 
 impl Exit {
-    /// The number that the shell sees. Two more exist that no command returns: 101 after a bug, 130 after an interrupt.
+    /// The number that the shell sees. One more exists that no command returns: 101 after a bug.
     pub const fn code(self) -> u8 {
         self as u8
     }

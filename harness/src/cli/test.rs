@@ -12,15 +12,18 @@ use crate::cell::run::{InProcess, Options, Ran, run};
 use crate::cell::wires::{Addresses, Timing, Wires};
 use crate::error::Error;
 use clap::Args;
+use drivers::net::{Endpoint, Listener, Lock};
 use drivers::rsi::Transport;
 use sim_core::effect::Catalog;
 use sim_core::space::Axis;
-use std::net::{SocketAddr, TcpListener, UdpSocket};
+use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 
 /// How long a program may take to end by itself after the exchange. Chosen: a controller notices silence within a second or two.
 const END: Duration = Duration::from_millis(200);
+/// What not every cell has.
+const PLACEHOLDERS: [&str; 2] = ["{rsi2}", "{page}"];
 /// The controller inside this program.
 const REFERENCE: &str = "reference";
 
@@ -85,8 +88,11 @@ impl Arguments {
             }
         }
         let tested = self.once(&cell, catalog, console)?;
-        if self.twice && tested.complaint.is_none() {
+        if self.twice && tested.complaint.is_none() && !tested.ran.interrupted {
             let again = self.once(&cell, catalog, console)?;
+            if again.ran.interrupted {
+                return self.running.ended(&cell, &again.ran, again.timing.as_ref(), again.complaint, console);
+            }
             if let Some(cycle) = tested.ran.first_difference(&again.ran) {
                 let what = format!("two runs of the controller differ, first in cycle {cycle}");
                 let help =
@@ -105,7 +111,7 @@ impl Arguments {
             let ran = in_process(cell, catalog, &options, self.task.unwrap_or_default())?;
             return Ok(Tested { ran, timing: None, complaint: None });
         }
-        let (ran, timing, ended) = self.external(cell, catalog, &options)?;
+        let (ran, timing, ended) = self.external(cell, catalog, &options, console)?;
         if !ended.output.is_empty() {
             console.say(&format!("the controller printed:\n{}\n", ended.output.trim_end()));
         }
@@ -127,6 +133,7 @@ impl Arguments {
         cell: &Cell,
         catalog: &Catalog<Axis>,
         options: &Options,
+        console: &Console<'_>,
     ) -> Result<(Result<Ran, Error>, Timing, Ended), Error> {
         let mut addresses = Addresses::of(cell);
         // What the program is told can be chosen; what it is not told must be as the cell says.
@@ -152,8 +159,15 @@ impl Arguments {
         values.push(("{velocity}", first.velocity_m_per_s.to_string()));
         let interrupt = Interrupt::watch()?;
         wires.end_when(move || interrupt.asked());
+        let progress = console.progress();
+        wires.tell(move |text| progress.say(text));
         let filled = |word: &String| values.iter().fold(word.clone(), |word, (key, value)| word.replace(key, value));
         let words: Vec<String> = words(&self.controller)?.iter().map(filled).collect();
+        if let Some(word) = words.iter().find(|word| PLACEHOLDERS.iter().any(|key| word.contains(key))) {
+            let what = format!("{word:?} asks for what this cell does not have");
+            let help = "a cell with two robots has {rsi2}, and one whose [sensor] has a page has {page}";
+            return Err(Error::new(what).place("argument --controller").help(help));
+        }
         wires.watch(Started::start(&words)?);
         let ran = run(cell, catalog, options, &mut wires);
         let started = wires.release().expect("it was given to be watched");
@@ -174,8 +188,8 @@ pub fn in_process(cell: &Cell, catalog: &Catalog<Axis>, options: &Options, task:
 fn free(address: SocketAddr, transport: Transport) -> Result<SocketAddr, Error> {
     let any = SocketAddr::new(address.ip(), 0);
     let bound = match transport {
-        Transport::Udp => UdpSocket::bind(any).and_then(|socket| socket.local_addr()),
-        Transport::Tcp => TcpListener::bind(any).and_then(|socket| socket.local_addr()),
+        Transport::Udp => Endpoint::bind(any, Lock::Latest).map(|socket| socket.local()),
+        Transport::Tcp => Listener::bind(any).map(|socket| socket.local()),
     };
     bound.map_err(|error| Error::new(format!("no port is free on {}: {error}", address.ip())).help("correct listen"))
 }

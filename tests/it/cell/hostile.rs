@@ -230,8 +230,8 @@ fn a_fault_of_the_network_that_did_nothing_is_an_error_of_the_run() {
     check(&cell, 6, &["foreign-peer on rsi-frame did nothing"]);
 }
 
-/// A controller that answers so many frames and goes.
-fn answers_and_goes(robot: SocketAddr, sensor: SocketAddr, frames: usize) {
+/// A controller that answers so many frames, each so many times, and goes.
+fn answers_and_goes(robot: SocketAddr, sensor: SocketAddr, frames: usize, times: usize) {
     let link = UdpSocket::bind(robot).unwrap();
     let reader = UdpSocket::bind("127.0.0.1:0").unwrap();
     // RDT: header, start, without end. The cell may not be there yet: then the request is lost.
@@ -247,7 +247,9 @@ fn answers_and_goes(robot: SocketAddr, sensor: SocketAddr, frames: usize) {
         let text = std::str::from_utf8(&buffer[..length]).unwrap();
         let ipoc = text.split("<IPOC>").nth(1).and_then(|rest| rest.split('<').next()).unwrap();
         let zero = "<RKorr X=\"0\" Y=\"0\" Z=\"0\" A=\"0\" B=\"0\" C=\"0\"/>";
-        link.send_to(format!("<Sen Type=\"ImFree\">{zero}<IPOC>{ipoc}</IPOC></Sen>").as_bytes(), from).unwrap();
+        for _ in 0..times {
+            link.send_to(format!("<Sen Type=\"ImFree\">{zero}<IPOC>{ipoc}</IPOC></Sen>").as_bytes(), from).unwrap();
+        }
         answered += 1;
     }
 }
@@ -259,13 +261,41 @@ fn a_controller_that_leaves_early_is_no_pass_and_what_was_until_then_is_saved() 
     assert!(sentype.contains("<SENTYPE>ImFree</SENTYPE>"), "{sentype}");
     let args = ["cell", "--cell", "DIR/cell.toml", "--duration", "1", "-o", "DIR/s.mcap", "--json", "DIR/r.json"];
     let ran = std::thread::scope(|scope| {
-        scope.spawn(|| answers_and_goes(bench.robot, bench.sensor, 30));
+        scope.spawn(|| answers_and_goes(bench.robot, bench.sensor, 30, 1));
         bench.shell.run(&args)
     });
     check(&ran, 1, &["the controller left in cycle 31 of 250"]);
     let told: serde_json::Value = serde_json::from_str(&bench.shell.read("r.json")).unwrap();
     assert_eq!((&told["left_early"], &told["planned"], &told["answered"]), (&true.into(), &250.into(), &30.into()));
     check(&bench.shell.run(&["model", "init", "DIR/s.mcap", "-o", "DIR/of_s.toml"]), 0, &["written"]);
+}
+
+/// When a second answer comes is chance: the run is the same all the same.
+#[test]
+fn a_controller_that_answers_twice_makes_the_run_of_one_that_answers_once() {
+    let exchanges = [1, 2, 3].map(|times| {
+        let bench = Bench::new("");
+        let args = ["cell", "--cell", "DIR/cell.toml", "--duration", "0.4", "--patience", "60000"];
+        let ran = std::thread::scope(|scope| {
+            scope.spawn(|| answers_and_goes(bench.robot, bench.sensor, 100, times));
+            bench.shell.run(&args)
+        });
+        check(&ran, 0, &["100 of 100 cycles of 4 ms ran, 100 answered"]);
+        assert_eq!(ran.out.contains("cell-spare-answer"), times > 1, "{}", said(&ran));
+        assert!(!ran.out.contains("controller-"), "{}", said(&ran));
+        exchange(&ran).to_owned()
+    });
+    assert!(exchanges.iter().all(|exchange| *exchange == exchanges[0]), "{exchanges:?}");
+}
+
+#[test]
+fn what_a_cell_does_not_have_is_no_address() {
+    let bench = Bench::new("");
+    let args = ["test", "--cell", "DIR/cell.toml", "--controller"];
+    for key in ["{rsi2}", "{page}"] {
+        let ran = bench.shell.run(&[&args[..], &[&format!("./any {{rsi}} {key}")]].concat());
+        check(&ran, 2, &["asks for what this cell does not have", "{rsi2}"]);
+    }
 }
 
 #[test]

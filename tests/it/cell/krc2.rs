@@ -195,7 +195,7 @@ fn odd_controller(cell: &Cell, ready: Duration, act: impl FnOnce(SocketAddr) + S
     client.send_to(&[0x12, 0x34, 0, 2, 0, 0, 0, 0], wires.sensor()).unwrap();
     std::thread::scope(|scope| {
         scope.spawn(move || act(robot));
-        let ran = run(cell, &standard(), &Options { duration_s: 0.8 }, &mut wires);
+        let ran = run(cell, &standard(), &Options { duration_s: 0.8, keeps: true }, &mut wires);
         // The controller ends when the robot leaves.
         drop(wires);
         ran.map_err(|error| error.to_string())

@@ -5,7 +5,7 @@ use crate::shell::Shell;
 use drivers::rsi::Transport;
 use harness::cell::Cell;
 use harness::cell::clock::WallClock;
-use harness::cell::controller::{Reference, Task};
+use harness::cell::controller::{Command, Controller, Reference, Seen, Task};
 use harness::cell::on_wire::OnWire;
 use harness::cell::page_reader::check_page;
 use harness::cell::run::{Options, Ran, run};
@@ -14,6 +14,8 @@ use harness::cell::wires::{Addresses, Pace, Wires};
 use sim_core::effects::standard;
 use std::collections::BTreeMap;
 use std::net::{SocketAddr, TcpListener, UdpSocket};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 /// The longest wait: a machine that is busy is no failure.
@@ -60,12 +62,12 @@ pub fn heard(
             }
             let mut on_wire = OnWire::new(cell, reference).unwrap();
             let mut served = Served::bind(cell, &addresses).unwrap();
-            let answered = served.serve(&mut on_wire, PATIENCE, Duration::from_millis(500)).unwrap();
+            let answered = served.serve(&mut on_wire, PATIENCE, Duration::from_millis(500), &|| false).unwrap();
             events.append(&mut on_wire.events);
             (answered, events)
         });
         let clock = WallClock::new();
-        let ran = run(cell, &standard(), &Options { duration_s }, &mut wires).unwrap();
+        let ran = run(cell, &standard(), &Options { duration_s, keeps: true }, &mut wires).unwrap();
         eprintln!("{} cycles over loopback in {:.0} ms", ran.cycles, clock.now().seconds() * 1e3);
         // Over TCP a controller hears that the robots have left. A datagram to a port that is closed would be an event of its own.
         let is_tcp = |nth| cell.ethernet(nth).unwrap().protocol == Transport::Tcp;
@@ -107,6 +109,41 @@ fn a_thousand_cycles_over_loopback_are_answered() {
     let there = looped(&cell, 4.0);
     assert_eq!((there.cycles, there.answered), (1000, 1000));
     assert_eq!(here.session, there.session);
+}
+
+/// Counts its cycles.
+struct Counting(Arc<AtomicU64>);
+
+impl Controller for Counting {
+    fn cycle(&mut self, seen: &Seen<'_>) -> Command {
+        self.0.fetch_add(1, Ordering::Relaxed);
+        Command { pose: seen.pose, twist: None }
+    }
+}
+
+/// A computer that was stopped finds the frames of a second in its socket: it answers the newest, and makes one step.
+#[test]
+fn after_a_stall_the_newest_frame_alone_is_answered() {
+    let cell = cell("bench", "");
+    let cycles = Arc::new(AtomicU64::new(0));
+    let addresses = Addresses { robots: free(&cell), sensor: free(&cell)[0], page: None };
+    let mut on_wire = OnWire::new(&cell, Counting(cycles.clone())).unwrap();
+    let mut served = Served::bind(&cell, &addresses).unwrap();
+    let robot = UdpSocket::bind("127.0.0.1:0").unwrap();
+    for frame in 0..50 {
+        let pose = "X=\"0\" Y=\"0\" Z=\"992\" A=\"0\" B=\"0\" C=\"0\"";
+        let text =
+            format!("<Rob Type=\"KUKA\"><RIst {pose}/><RSol {pose}/><Delay D=\"0\"/><IPOC>{}</IPOC></Rob>", 4 * frame);
+        robot.send_to(text.as_bytes(), addresses.robots[0]).unwrap();
+    }
+    assert_eq!(served.serve(&mut on_wire, PATIENCE, Duration::from_millis(100), &|| false).unwrap(), 1);
+    let mut answer = [0; 2048];
+    let length = robot.recv(&mut answer).unwrap();
+    let answer = std::str::from_utf8(&answer[..length]).unwrap();
+    assert!(answer.contains("<IPOC>196</IPOC>"), "{answer}");
+    robot.set_nonblocking(true).unwrap();
+    assert!(robot.recv(&mut [0; 16]).is_err(), "one answer");
+    assert_eq!((cycles.load(Ordering::Relaxed), on_wire.events.get("rsi-unanswered")), (1, Some(&49)));
 }
 
 #[test]

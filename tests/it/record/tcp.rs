@@ -64,7 +64,7 @@ fn a_peer_holds_a_robot_that_connects_and_one_that_comes_again() {
     let record = session_record(&cell, &standard(), Kind::FreeFlight, "peer").unwrap();
     let virtual_cell: Cell = cell.clone();
     let robot = std::thread::spawn(move || {
-        let ran = run(&virtual_cell, &standard(), &Options { duration_s: 0.8 }, &mut wires).unwrap();
+        let ran = run(&virtual_cell, &standard(), &Options { duration_s: 0.8, keeps: true }, &mut wires).unwrap();
         drop(wires);
         comes_again(address);
         ran
