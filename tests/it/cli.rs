@@ -340,6 +340,7 @@ fn the_schema_is_current() {
         ("map-1.json", &["model", "schema", "--map"]),
         ("model-space-1.json", &["model", "schema", "--space"]),
         ("scenario-1.json", &["run", "--schema"]),
+        ("cell-1.json", &["cell", "--schema"]),
     ];
     for (name, args) in all {
         let committed = std::fs::read_to_string(fixtures::folder().join("schemas").join(name)).unwrap();

@@ -6,6 +6,7 @@ use sim_core::rng;
 
 /// Something in a run that may start a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Event {
     /// Probe and nozzle touch for the first time.

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// A stream of packets in a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Stream {
     /// `Rob` documents, from a robot's controller to the computer.
@@ -35,6 +36,7 @@ impl Stream {
 
 /// From which packet on a fault acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged, expecting = "at is the number of a packet (0, 1, ...) or \"first-contact\"")]
 pub enum At {
     /// The packet with this number: the cycle on an RSI link, the sample on a sensor's stream, the request on others.
@@ -45,6 +47,7 @@ pub enum At {
 
 /// A fault of one stream.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(try_from = "Written")]
 pub struct WireFault {
     /// What it does.
@@ -68,6 +71,7 @@ pub struct WireFault {
 
 /// What stands in a file, before it is judged.
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 struct Written {
     #[serde(flatten)]
     action: Action,

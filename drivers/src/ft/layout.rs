@@ -25,6 +25,7 @@ pub const LENGTH_MAX: usize = 4096;
 
 /// Order of the bytes of a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Endian {
     /// Lowest byte first.
@@ -35,6 +36,7 @@ pub enum Endian {
 
 /// Whether the bytes come in datagrams.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Framing {
     /// A datagram is one or more whole records.
@@ -46,6 +48,7 @@ pub enum Framing {
 
 /// Type of a number on the wire.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 #[expect(missing_docs, reason = "they are named as in Rust")]
 pub enum Kind {
@@ -90,6 +93,7 @@ impl Kind {
 
 /// One number for all three axes, or one for each.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub enum PerAxis {
     /// The same for all.
@@ -110,6 +114,7 @@ impl PerAxis {
 
 /// Three components of a force or a torque.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Vector {
     /// First byte of x, y, z.
@@ -137,6 +142,7 @@ fn zero() -> PerAxis {
 
 /// A counter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Field {
     /// First byte.
@@ -148,6 +154,7 @@ pub struct Field {
 
 /// A status word of up to 32 bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct StatusField {
     /// First byte.
@@ -172,6 +179,7 @@ fn all_bits() -> u32 {
 
 /// The device's clock.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct TimeField {
     /// First byte.
@@ -185,6 +193,7 @@ pub struct TimeField {
 
 /// Bytes that are always the same.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Sync {
     /// First byte.
@@ -196,6 +205,7 @@ pub struct Sync {
 
 /// Checksum of the record.
 #[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct CrcField {
     /// Name in the catalogue, `sum-8` or `xor-8`.
@@ -212,6 +222,7 @@ pub struct CrcField {
 
 /// The table `[sensor.record]`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct RecordLayout {
     /// Bytes of a record.

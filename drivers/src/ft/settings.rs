@@ -28,6 +28,7 @@ use thiserror::Error;
 
 /// Protocol of a sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum Protocol {
     /// ATI Net F/T and Axia.
@@ -85,6 +86,7 @@ impl Protocol {
 
 /// The table `[sensor]` of CELL.toml.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Settings {
     /// Which protocol it speaks.

@@ -16,6 +16,7 @@ use serde::Deserialize;
 
 /// Whose table of status bits holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "kebab-case")]
 pub enum Model {
     /// The box with a transducer at a cable.

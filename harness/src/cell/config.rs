@@ -10,12 +10,19 @@
 
 use crate::error::Error;
 use crate::model::parsed;
+use crate::scenario::fault_schemas;
+use drivers::fault::WireFault;
+use drivers::ft;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+use sim_core::effect::Catalog;
+use sim_core::space::Axis;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
 /// A whole cell.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CellConfig {
     /// Version of this format: 1.
@@ -43,11 +50,12 @@ pub struct CellConfig {
     pub sensor: SensorConfig,
     /// Wire faults and effects of the catalogue, each with its `id`.
     #[serde(default, rename = "fault")]
+    #[schemars(with = "Vec<WireFault>")]
     pub faults: Vec<toml::Table>,
 }
 
 /// Clock of the virtual cell.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct TimeConfig {
     /// Length of a cycle of the robot controller.
@@ -61,7 +69,7 @@ impl Default for TimeConfig {
 }
 
 /// How the virtual cell begins; where it begins follows from `start_mm_deg` of its robots.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct StartConfig {
     /// Speed with which the probe has been coming in, as if for ever; positive closes the gap.
@@ -69,7 +77,7 @@ pub struct StartConfig {
 }
 
 /// What a robot carries.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Carries {
     /// The probe, and the sensor behind it.
@@ -79,7 +87,7 @@ pub enum Carries {
 }
 
 /// The family of a robot controller.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum FamilyName {
     /// KR C2, over TCP or UDP.
@@ -94,7 +102,7 @@ pub enum FamilyName {
 }
 
 /// How a correction counts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum ModeName {
     /// From the pose at the start.
@@ -105,7 +113,7 @@ pub enum ModeName {
 }
 
 /// The form of the documents.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum FormName {
     /// Elements directly in the root.
@@ -119,7 +127,7 @@ pub enum FormName {
 pub type Correction = String;
 
 /// One robot and its controller.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RobotConfig {
     /// What it is called.
@@ -129,6 +137,7 @@ pub struct RobotConfig {
     /// Its Ethernet configuration.
     pub rsi: String,
     /// Where the PC is bound, or listens if the robot speaks TCP; the virtual controller sends there.
+    #[schemars(with = "String")]
     pub listen: SocketAddr,
     /// Its controller.
     #[serde(default)]
@@ -177,7 +186,7 @@ fn decimals() -> u8 {
 }
 
 /// A place: a position, and turns about z, y' and x''.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct PlaceConfig {
     /// Position.
@@ -187,7 +196,7 @@ pub struct PlaceConfig {
 }
 
 /// A rail under a robot.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RailConfig {
     /// The external axis that moves it, `E1` to `E6`, in mm.
@@ -197,7 +206,7 @@ pub struct RailConfig {
 }
 
 /// Limits of a virtual robot controller, on the whole correction.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct LimitsConfig {
     /// Correction of X, Y and Z, each way: it saturates without a word.
@@ -218,7 +227,7 @@ impl Default for LimitsConfig {
 }
 
 /// What counts as too many late answers.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(tag = "rule", rename_all = "lowercase", deny_unknown_fields)]
 pub enum LateConfig {
     /// Late answers in all.
@@ -247,15 +256,18 @@ impl Default for LateConfig {
 }
 
 /// The force/torque sensor.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 pub struct SensorConfig {
     /// Where the sensor is; the virtual one listens there.
+    #[schemars(with = "String")]
     pub address: SocketAddr,
     /// Where its web server is, if it has one: a controller that is told reads the calibration there. ATI's is at port 80.
     #[serde(default)]
+    #[schemars(with = "Option<String>")]
     pub page: Option<SocketAddr>,
     /// All other keys of the table: what it speaks, and what it counts.
     #[serde(flatten)]
+    #[schemars(with = "ft::Settings")]
     pub protocol: toml::Table,
 }
 
@@ -279,6 +291,8 @@ pub struct Cell {
     pub model: TextFile,
     /// The Ethernet configuration of each robot, in their order.
     pub rsi: Vec<TextFile>,
+    /// Whether all of it is inside the program.
+    pub is_embedded: bool,
 }
 
 /// Names of the cells inside the program.
@@ -287,13 +301,27 @@ pub fn embedded() -> impl Iterator<Item = &'static str> {
     cells.filter(|name| !name.contains('/')).map(|name| name.trim_end_matches(".toml"))
 }
 
+/// The JSON schema of a cell's file, with all faults and effects that this catalogue knows.
+pub fn schema(catalog: &Catalog<Axis>) -> Value {
+    let mut schema = serde_json::to_value(schemars::schema_for!(CellConfig)).unwrap_or(Value::Null);
+    let effects = fault_schemas(catalog);
+    if let Some(definitions) = schema.get_mut("$defs").and_then(Value::as_object_mut) {
+        let wire = definitions.remove("WireFault").unwrap_or(Value::Null);
+        let fault = json!({ "anyOf": [wire, { "oneOf": effects }] });
+        definitions.insert("WireFault".into(), fault);
+        // The keys of the protocol stand beside the table's own.
+        definitions["SensorConfig"]["additionalProperties"] = json!(false);
+    }
+    schema
+}
+
 impl CellConfig {
     /// Reads a cell from text and checks it; `name` stands in errors.
     ///
     /// # Errors
     /// When the text is not TOML, has an unknown key, or a value that cannot be; the error points at it.
     pub fn parse(name: &str, text: &str) -> Result<Self, Error> {
-        let config: CellConfig = parsed(name, text, "dockhil cell --help")?;
+        let config: CellConfig = parsed(name, text, "dockhil cell --schema")?;
         config.check(name, text)?;
         Ok(config)
     }
@@ -315,7 +343,7 @@ impl Cell {
         if is_file {
             let folder = named.parent().unwrap_or(Path::new(""));
             let source = read(named, "cell", "check the path after --cell")?;
-            return Cell::with(source, |key, path| {
+            return Cell::with(source, false, |key, path| {
                 let help = format!("correct the key {key} of the cell: it is seen from the cell's folder");
                 read(&folder.join(path), "file", &help)
             });
@@ -332,16 +360,26 @@ impl Cell {
                     embedded().collect::<Vec<_>>().join(", ")
                 ))
         })?;
-        Cell::with(source, |_, path| {
+        Cell::with(source, true, |_, path| {
             inside(path).ok_or_else(|| Error::new(format!("the file {path} is not inside the program")).file(named))
         })
     }
 
-    fn with(source: TextFile, read: impl Fn(&str, &str) -> Result<TextFile, Error>) -> Result<Self, Error> {
+    /// The files that were read.
+    pub fn files(&self) -> Vec<&PathBuf> {
+        let all = [&self.source, &self.model].into_iter().chain(&self.rsi);
+        all.filter(|_| !self.is_embedded).map(|file| &file.file).collect()
+    }
+
+    fn with(
+        source: TextFile,
+        is_embedded: bool,
+        read: impl Fn(&str, &str) -> Result<TextFile, Error>,
+    ) -> Result<Self, Error> {
         let config = CellConfig::parse(&source.file.display().to_string(), &source.text)?;
         let model = read("model", &config.model)?;
         let rsi = config.robots.iter().map(|robot| read("rsi", &robot.rsi)).collect::<Result<_, _>>()?;
-        Ok(Cell { config, source, model, rsi })
+        Ok(Cell { config, source, model, rsi, is_embedded })
     }
 }
 

@@ -1,6 +1,7 @@
 //! What a virtual cell gets wrong: wire faults, and effects of the catalogue, each with an account of whether it did anything.
 //!
-//! An effect is watched: it has acted once what it makes of a wire differs from what it was given. A fault that never acted is an
+//! An effect is watched: it has acted once what it makes of a wire differs from what it was given, where that can be felt: a command
+//! that is late or lost is felt once the commands have moved, a force once the interfaces touch. A fault that never acted is an
 //! error of the run, since a run that passes then says nothing about it. What needs another socket: [`super::net_faults`].
 
 use super::config::Cell;
@@ -13,8 +14,8 @@ use drivers::rsi::Transport;
 use sim_core::effect::{Attached, Catalog, Context, Effect, Rates, Reads};
 use sim_core::signals::{ContactForce, Received, Signals};
 use sim_core::space::{Axis, AxisMotion, AxisTouch};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 
 /// The faults of a cell, read and checked.
 #[derive(Debug, Clone, Default)]
@@ -124,13 +125,15 @@ pub fn watched(fault: &Fault) -> (Attached<Axis>, Account) {
     // What shifts stamps shifts all of them.
     let acted = Arc::new(AtomicBool::new(attached.effect.stamp_offset_s() != 0.0));
     let account = Account { id: attached.id.to_string(), acted: acted.clone() };
-    let effect = Box::new(Watched { inner: attached.effect, acted });
+    let effect = Box::new(Watched { inner: attached.effect, acted, first: OnceLock::new() });
     (Attached { effect, ..attached }, account)
 }
 
 struct Watched {
     inner: Box<dyn Effect<Axis>>,
     acted: Arc<AtomicBool>,
+    /// The command with which the run began.
+    first: OnceLock<AxisMotion>,
 }
 
 impl Watched {
@@ -151,7 +154,9 @@ impl Effect<Axis> for Watched {
         self.inner.begin(memory, rates, first);
     }
     fn received(&self, context: Context<'_>, seen: &Signals<Axis>, out: &mut Received<Axis>) {
-        self.watch(out, |out| (out.motion, out.late_s, out.lost), |out| self.inner.received(context, seen, out));
+        let has_moved = *self.first.get_or_init(|| out.motion) != out.motion;
+        let felt = |out: &Received<Axis>| (out.motion, has_moved.then_some((out.late_s, out.lost)));
+        self.watch(out, felt, |out| self.inner.received(context, seen, out));
     }
     fn achieved(&self, context: Context<'_>, seen: &Signals<Axis>, out: &mut AxisMotion) {
         self.watch(out, |out| *out, |out| self.inner.achieved(context, seen, out));
@@ -163,7 +168,9 @@ impl Effect<Axis> for Watched {
         self.watch(out, |out| *out, |out| self.inner.touch(context, seen, out));
     }
     fn contact(&self, context: Context<'_>, seen: &Signals<Axis>, out: &mut ContactForce<Axis>) {
-        self.watch(out, |out| (out.elastic, out.dissipative), |out| self.inner.contact(context, seen, out));
+        let touches = seen.touch.depth_m > 0.0;
+        let felt = |out: &ContactForce<Axis>| touches.then_some((out.elastic, out.dissipative));
+        self.watch(out, felt, |out| self.inner.contact(context, seen, out));
     }
     fn sensed(&self, context: Context<'_>, seen: &Signals<Axis>, out: &mut f64) {
         self.watch(out, |out| *out, |out| self.inner.sensed(context, seen, out));

@@ -49,6 +49,6 @@ pub mod virtual_cell;
 mod waiting;
 pub mod wires;
 
-pub use config::{Carries, PlaceConfig, RailConfig, RobotConfig, SensorConfig, StartConfig, TimeConfig};
+pub use config::{Carries, PlaceConfig, RailConfig, RobotConfig, SensorConfig, StartConfig, TimeConfig, schema};
 pub use config::{Cell, TextFile, embedded};
 pub use config::{CellConfig, Correction, FamilyName, FormName, LateConfig, LimitsConfig, ModeName};

@@ -101,7 +101,17 @@ impl Cell {
         let config = self.ethernet(nth)?;
         let refuse = |key: &str, what: String, help: &str| Err(self.at_robot(nth, key, &what, help));
         let name = file.file.display();
-        if !POSE.iter().any(|name| config.receives(&robot.correction, name).is_some()) {
+        let lacks: Vec<&str> =
+            POSE[..3].iter().copied().filter(|name| config.receives(&robot.correction, name).is_none()).collect();
+        if (1..3).contains(&lacks.len()) {
+            let what = format!("correction = {:?} has no {} in {name}", robot.correction, lacks.join(" and "));
+            return refuse(
+                "correction",
+                what,
+                "RECEIVE needs X, Y and Z of it: the cell is docked along a line in space",
+            );
+        }
+        if !lacks.is_empty() {
             let mut receives: Vec<&str> = config.receive.iter().map(|channel| channel.element.as_str()).collect();
             receives.dedup();
             let what = format!(

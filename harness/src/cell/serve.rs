@@ -19,6 +19,9 @@ use std::time::Duration;
 /// How long one look at the sockets may take: the sensor is asked again when it does not answer.
 const LOOK: Duration = Duration::from_millis(20);
 
+/// Silence after which a cell may have gone: longer than any jitter, shorter than what a driver calls silence. Chosen.
+const QUIET: Duration = Duration::from_millis(60);
+
 /// One robot's link, and its stream if it is one.
 struct Robot {
     link: Listening,
@@ -71,6 +74,8 @@ pub struct Served {
     robots: Vec<Robot>,
     sensor: Endpoint,
     clock: WallClock,
+    /// What was seen after the last frame, by class: mostly that the cell has gone.
+    pub after: BTreeMap<String, u64>,
 }
 
 impl Served {
@@ -82,7 +87,7 @@ impl Served {
         let robots = addresses.robots.iter().enumerate().map(|(nth, address)| Robot::of(cell, nth, *address));
         let robots = robots.collect::<Result<_, _>>()?;
         let sensor = Endpoint::bind(towards(addresses.sensor), Lock::Only(addresses.sensor)).map_err(failed)?;
-        Ok(Served { robots, sensor, clock: WallClock::new() })
+        Ok(Served { robots, sensor, clock: WallClock::new(), after: BTreeMap::new() })
     }
 
     /// Answers until nothing has come for `silence`; before the first frame, for `patience`; or until it is told to end. How many
@@ -101,6 +106,7 @@ impl Served {
         let now = || clock.now();
         let (mut requests, mut arrivals, mut answered) = (Vec::new(), Vec::new(), 0);
         let mut last = clock.now();
+        let mut before = None;
         on_wire.start(&mut requests);
         loop {
             for request in requests.drain(..) {
@@ -126,15 +132,28 @@ impl Served {
             arrivals.clear();
             on_wire.tick(clock.now(), &mut requests);
             let limit = if answered == 0 { patience } else { silence };
-            if ends() {
-                return Ok(answered);
-            }
+            let silent = Duration::from_nanos((clock.now() - last).0.unsigned_abs());
             if came {
-                last = clock.now();
-            } else if (clock.now() - last).0 > i64::try_from(limit.as_nanos()).unwrap_or(i64::MAX) {
+                (last, before) = (clock.now(), None);
+            } else if silent > QUIET && answered > 0 && before.is_none() {
+                before = Some(on_wire.events.clone());
+            }
+            if ends() || !came && silent > limit {
+                self.gone(before, &mut on_wire.events);
                 return Ok(answered);
             }
         }
+    }
+
+    /// Parts what was seen when all was quiet from what was seen before.
+    fn gone(&mut self, before: Option<BTreeMap<String, u64>>, events: &mut BTreeMap<String, u64>) {
+        let Some(before) = before else { return };
+        let since = |(class, count): (&String, &u64)| {
+            let more = count - before.get(class).unwrap_or(&0);
+            (more > 0).then(|| (class.clone(), more))
+        };
+        self.after = events.iter().filter_map(since).collect();
+        *events = before;
     }
 
     /// What has come: readings, then the frames of the nozzle's robot, then those of the probe's. They are read the other way

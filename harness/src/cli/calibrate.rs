@@ -71,10 +71,7 @@ impl Arguments {
 impl Ft {
     fn run(&self, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Exit, Error> {
         let read = || self.recordings.iter().chain(&self.model).chain(&self.reading.map);
-        if let Some(path) = self.json.as_deref().filter(|path| *path != Path::new("-")) {
-            inputs::writable(path)?;
-            inputs::not_read(path, read())?;
-        }
+        self.json.iter().try_for_each(|path| inputs::result(path, read()))?;
         let editor = self.model.as_ref().map(|path| open(path, self.force, catalog)).transpose()?;
         let options = self.reading.options()?;
         let sessions = self.reading.sessions_as(Kind::Static, &[Role::Commanded], &self.recordings, console)?;

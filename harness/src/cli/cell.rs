@@ -8,7 +8,7 @@ use super::run::did_nothing;
 use crate::cell::page::page;
 use crate::cell::run::{Options, Ran, run};
 use crate::cell::wires::{Addresses, Pace, Timing, Wires};
-use crate::cell::{Cell, fault_list, session};
+use crate::cell::{self, Cell, fault_list, session};
 use crate::error::Error;
 use crate::files::sha256_hex;
 use crate::report::{TEXT_WIDTH, Tone, html, text};
@@ -68,7 +68,7 @@ pub struct Timed {
 #[derive(Debug, Args)]
 pub struct Arguments {
     /// The cell: a file, or the name of one inside the program.
-    #[arg(long, value_name = "CELL.toml", required_unless_present = "list_faults")]
+    #[arg(long, value_name = "CELL.toml", required_unless_present_any = ["list_faults", "schema"])]
     cell: Option<PathBuf>,
     #[command(flatten)]
     running: Running,
@@ -78,8 +78,11 @@ pub struct Arguments {
     #[arg(long, value_name = "FOLDER")]
     extract: Option<PathBuf>,
     /// List the faults of the wire with their parameters, and end.
-    #[arg(long, conflicts_with = "cell")]
+    #[arg(long, conflicts_with_all = ["cell", "schema"])]
     list_faults: bool,
+    /// Print the JSON schema of CELL.toml; editors complete and check with it.
+    #[arg(long, conflicts_with = "cell")]
+    schema: bool,
 }
 
 impl Running {
@@ -88,8 +91,7 @@ impl Running {
         let mut cell = Cell::find(cell)?;
         cell.begin_at(self.position, self.velocity)?;
         cell.config.seed = self.seed.or(cell.config.seed);
-        let files = [&cell.source, &cell.model].into_iter().chain(&cell.rsi);
-        let read: Vec<&PathBuf> = files.map(|file| &file.file).collect();
+        let read = cell.files();
         self.outputs.check(read.iter().copied())?;
         if let Some(path) = &self.output {
             inputs::not_read(path, read.iter().copied())?;
@@ -195,6 +197,10 @@ impl Timed {
 impl Arguments {
     /// Does what was asked for.
     pub fn run(&self, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Exit, Error> {
+        if self.schema {
+            console.print(&format!("{:#}\n", cell::schema(catalog)));
+            return Ok(Exit::Pass);
+        }
         let Some(named) = &self.cell else {
             console.print(&fault_list::text());
             return Ok(Exit::Pass);
@@ -240,10 +246,10 @@ impl Arguments {
         let beside = cell.config.robots.iter().map(|robot| robot.rsi.as_str()).zip(&cell.rsi);
         let own = [(Path::new(name), &cell.source), (Path::new(&cell.config.model), &cell.model)];
         let files = own.into_iter().chain(beside.map(|(path, file)| (Path::new(path), file)));
-        let files = files.map(|(path, from)| Extracted { to: folder.join(path), from: &from.file, text: &from.text });
+        let files = files.map(|(path, from)| Extracted { to: folder.join(path), text: &from.text });
         let mut files: Vec<_> = files.collect();
         files.dedup_by(|a, b| a.to == b.to);
-        inputs::extract(&files, self.running.force, console)?;
+        inputs::extract(&files, cell.files(), self.running.force, console)?;
         Ok(Exit::Pass)
     }
 }

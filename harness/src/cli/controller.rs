@@ -71,12 +71,16 @@ pub fn controller(
         }
     };
     let mut events = BTreeMap::new();
-    let served = arguments.serve(catalog, &mut events);
+    let mut after = BTreeMap::new();
+    let served = arguments.serve(catalog, &mut events, &mut after);
     if let Ok(answered) = served {
         console.print(&format!("{answered} frames answered\n"));
     }
     for (class, count) in &events {
         console.print(&format!("{class}: {count}\n"));
+    }
+    for (class, count) in &after {
+        console.print(&format!("after the last frame, {class}: {count}\n"));
     }
     match served.and_then(|answered| console.finish().map(|()| answered)) {
         Ok(0) => {
@@ -95,8 +99,14 @@ pub fn controller(
 }
 
 impl Arguments {
-    /// How many frames were answered; what else was seen, by class, is added to `events`.
-    fn serve(&self, catalog: &Catalog<Axis>, events: &mut BTreeMap<String, u64>) -> Result<u64, Error> {
+    /// How many frames were answered; what else was seen, by class, is added to `events`, and to `after` if it came after the last
+    /// frame.
+    fn serve(
+        &self,
+        catalog: &Catalog<Axis>,
+        events: &mut BTreeMap<String, u64>,
+        after: &mut BTreeMap<String, u64>,
+    ) -> Result<u64, Error> {
         let mut cell = Cell::find(&self.cell)?;
         cell.begin_at(self.position, self.velocity)?;
         let model = cell.model(catalog)?;
@@ -116,6 +126,7 @@ impl Arguments {
         let (patience, silence) = (Duration::from_secs(self.wait), Duration::from_millis(self.silence));
         let interrupt = Interrupt::watch()?;
         let answered = served.serve(&mut on_wire, patience, silence, &|| interrupt.asked());
+        *after = served.after;
         for (class, count) in on_wire.events {
             *events.entry(class).or_default() += count;
         }

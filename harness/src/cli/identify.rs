@@ -59,10 +59,7 @@ impl Arguments {
 impl Robot {
     fn run(&self, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Exit, Error> {
         let read = || self.recordings.iter().chain(&self.model).chain(&self.reading.map);
-        if let Some(path) = self.json.as_deref().filter(|path| *path != Path::new("-")) {
-            inputs::writable(path)?;
-            inputs::not_read(path, read())?;
-        }
+        self.json.iter().try_for_each(|path| inputs::result(path, read()))?;
         let editor = self.model.as_ref().map(|path| inputs::editor_along(path, catalog)).transpose()?;
         let sessions = self.reading.sessions_as(Kind::FreeFlight, &[], &self.recordings, console)?;
         inputs::each_once(&sessions.iter().collect::<Vec<_>>())?;

@@ -67,7 +67,12 @@ impl Pcap {
         let mut devices = Devices::of(&cell, false)?;
         let record = session_record(&cell, catalog, self.kind, "import")?;
         inputs::writable_new(&self.output, self.force)?;
-        inputs::not_read(&self.output, [&self.capture, &self.cell].into_iter())?;
+        let read = cell.files().into_iter().chain([&self.capture]);
+        inputs::not_read(&self.output, read.clone())?;
+        if let Some(json) = &self.json {
+            inputs::result(json, read.clone())?;
+            inputs::not_the_same(json, &self.output)?;
+        }
         let named = |error: Error| error.file(&self.capture);
         recorded::warn(&remarks(&cell)?, console);
         let (lines, summary, tapped) = clocks(&mut recorded::open(&self.capture)?, &cell, &devices).map_err(named)?;

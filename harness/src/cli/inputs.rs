@@ -8,6 +8,7 @@ use clap::Args;
 use rayon::prelude::*;
 use sim_core::effect::Catalog;
 use sim_core::space::Axis;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use super::console::Console;
@@ -96,23 +97,17 @@ pub struct Outputs {
 impl Outputs {
     /// Refuses now what could not be written after minutes of computing.
     pub fn check<'p>(&'p self, read: impl Iterator<Item = &'p PathBuf> + Clone) -> Result<(), Error> {
-        let files: Vec<&PathBuf> =
-            self.json.iter().chain(&self.report).filter(|path| *path != Path::new("-")).collect();
-        files.iter().try_for_each(|path| writable(path))?;
-        files.iter().try_for_each(|path| not_read(path, read.clone()))?;
+        self.json.iter().chain(&self.report).try_for_each(|path| result(path, read.clone()))?;
         one_on_stdout(self.json.iter().chain(&self.report))?;
         match (&self.json, &self.report) {
-            (Some(json), Some(report)) if same_file(json, report) => Err(named_twice(report)),
+            (Some(json), Some(report)) => not_the_same(report, json),
             _ => Ok(()),
         }
     }
 
     /// Refuses a result that another result of the same command would replace.
     pub fn written_once(&self, written: &Path) -> Result<(), Error> {
-        match self.json.iter().chain(&self.report).find(|path| same_file(path, written)) {
-            Some(path) => Err(named_twice(path)),
-            None => Ok(()),
-        }
+        self.json.iter().chain(&self.report).try_for_each(|path| not_the_same(path, written))
     }
 
     /// Whether standard output is for one of the results, and not for the text.
@@ -131,10 +126,39 @@ pub fn one_on_stdout<'p>(written: impl IntoIterator<Item = &'p PathBuf>) -> Resu
     }
 }
 
-fn named_twice(path: &Path) -> Error {
-    Error::new("is named for two results, and the second would replace the first")
-        .file(path)
-        .help("name another file for one of them")
+/// How a result begins: JSON, or a page.
+const RESULTS: [&str; 2] = ["{", "<!doctype html"];
+
+/// A result that may replace an older one, and nothing else: not what the command reads, and not what somebody else has written.
+pub fn result<'p>(path: &Path, read: impl Iterator<Item = &'p PathBuf>) -> Result<(), Error> {
+    if path == Path::new("-") {
+        return Ok(());
+    }
+    writable(path)?;
+    not_read(path, read)?;
+    if !path.is_file() {
+        return Ok(());
+    }
+    let mut head = Vec::new();
+    let longest = RESULTS.iter().map(|start| start.len()).max().unwrap_or_default() as u64;
+    let opened = std::fs::File::open(path).and_then(|file| file.take(longest).read_to_end(&mut head));
+    opened.map_err(|error| Error::new(format!("cannot be read: {error}")).file(path).help("name another file"))?;
+    let head = String::from_utf8_lossy(&head).to_lowercase();
+    if head.is_empty() || RESULTS.iter().any(|start| head.starts_with(start)) {
+        return Ok(());
+    }
+    let help = "name another file, or remove this one";
+    Err(Error::new("exists already, is no result of this program, and was left as it is").file(path).help(help))
+}
+
+/// Refuses one file for two results.
+pub fn not_the_same(one: &Path, other: &Path) -> Result<(), Error> {
+    if !same_file(one, other) {
+        return Ok(());
+    }
+    Err(Error::new("is named for two results, and the second would replace the first")
+        .file(one)
+        .help("name another file for one of them"))
 }
 
 /// A file that is going to be written: its folder exists, and it is no folder itself.
@@ -191,20 +215,23 @@ pub fn writable_new(path: &Path, force: bool) -> Result<(), Error> {
 pub struct Extracted<'e> {
     /// Where it goes.
     pub to: PathBuf,
-    /// Where it is from.
-    pub from: &'e PathBuf,
     /// What it says.
     pub text: &'e str,
 }
 
-/// Saves files, and makes their folders; none of them if one cannot be written.
-pub fn extract(files: &[Extracted<'_>], force: bool, console: &mut Console<'_>) -> Result<(), Error> {
+/// Saves files, and makes their folders; none of them if one cannot be written. `read` is what they are from.
+pub fn extract(
+    files: &[Extracted<'_>],
+    read: Vec<&PathBuf>,
+    force: bool,
+    console: &mut Console<'_>,
+) -> Result<(), Error> {
     for file in files {
         let parent = file.to.parent().unwrap_or(Path::new("."));
         std::fs::create_dir_all(parent).map_err(|error| {
             Error::new(format!("cannot make the folder: {error}")).file(parent).help("name another one after --extract")
         })?;
-        not_read(&file.to, files.iter().map(|file| file.from))?;
+        not_read(&file.to, read.iter().copied())?;
         writable_new(&file.to, force)?;
     }
     for file in files {

@@ -134,8 +134,12 @@ impl Arguments {
         };
         let record = session_record(&cell, catalog, self.kind, how)?;
         inputs::writable_new(&self.output, self.force)?;
-        let read = [&cell.source.file, &cell.model.file].into_iter().chain(cell.rsi.iter().map(|file| &file.file));
-        inputs::not_read(&self.output, read.chain(&self.pcap))?;
+        let read = cell.files().into_iter().chain(&self.pcap);
+        inputs::not_read(&self.output, read.clone())?;
+        if let Some(json) = &self.json {
+            inputs::result(json, read.clone())?;
+            inputs::not_the_same(json, &self.output)?;
+        }
         recorded::warn(&remarks(&cell)?, console);
         let mut part = self.open(&cell, &devices, console)?;
         let interrupt = Interrupt::watch()?;

@@ -80,7 +80,7 @@ impl Arguments {
 
     /// Refuses now what could not be written later.
     fn check(&self, source: &Source) -> Result<(), Error> {
-        let read = if source.is_embedded { Vec::new() } else { vec![&source.file, &source.model_file] };
+        let read = files(source);
         self.outputs.check(read.iter().copied())?;
         if let Some(path) = &self.output {
             inputs::not_read(path, read.into_iter())?;
@@ -92,12 +92,16 @@ impl Arguments {
 
     fn extract(&self, source: &Source, folder: &Path, console: &mut Console<'_>) -> Result<Exit, Error> {
         let name = source.file.file_name().unwrap_or_default();
-        let scenario = Extracted { to: folder.join(name), from: &source.file, text: &source.text };
-        let model =
-            Extracted { to: folder.join(source.model_named()?), from: &source.model_file, text: &source.model_text };
-        inputs::extract(&[scenario, model], self.force, console)?;
+        let scenario = Extracted { to: folder.join(name), text: &source.text };
+        let model = Extracted { to: folder.join(source.model_named()?), text: &source.model_text };
+        inputs::extract(&[scenario, model], files(source), self.force, console)?;
         Ok(Exit::Pass)
     }
+}
+
+/// The files that were read.
+fn files(source: &Source) -> Vec<&PathBuf> {
+    if source.is_embedded { Vec::new() } else { vec![&source.file, &source.model_file] }
 }
 
 /// One line for each scenario inside the program.

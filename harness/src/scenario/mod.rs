@@ -22,6 +22,7 @@ mod space;
 
 pub use fault::{Fault, acting};
 pub use library::{Source, embedded};
+pub(crate) use schema::fault_schemas;
 pub use schema::schema;
 
 use crate::error::Error;

@@ -49,15 +49,21 @@ fn value(id: &str, key: &str) -> Value {
     }
 }
 
-/// The schema; editors complete and check a scenario with it.
-pub fn schema(catalog: &Catalog<Axis>) -> Value {
-    let mut schema = serde_json::to_value(schemars::schema_for!(Scenario)).unwrap_or(Value::Null);
+/// The schema of each effect as a fault, which may begin and cease.
+pub(crate) fn fault_schemas(catalog: &Catalog<Axis>) -> Vec<Value> {
     let mut effects = model::effect_schemas(catalog);
     for effect in &mut effects {
         for (key, about) in [("from_s", "when it begins to act, in s"), ("until_s", "when it ceases to act, in s")] {
             effect["properties"][key] = json!({ "type": "number", "minimum": 0.0, "description": about });
         }
     }
+    effects
+}
+
+/// The schema; editors complete and check a scenario with it.
+pub fn schema(catalog: &Catalog<Axis>) -> Value {
+    let mut schema = serde_json::to_value(schemars::schema_for!(Scenario)).unwrap_or(Value::Null);
+    let effects = fault_schemas(catalog);
     schema["properties"]["criterion"] = json!({
         "type": "array",
         "description": "What the run is judged by.",

@@ -54,6 +54,13 @@ fn a_fault_that_did_nothing_is_an_error_of_the_run() {
     let idle = run("id = \"command-loss\"\nprobability_in = 0.0\nprobability_out = 0.5");
     assert!(idle.exit == 6 && idle.err.contains("command-loss did nothing"), "{} {}", idle.exit, idle.err);
     assert_eq!(run("id = \"command-delay\"\ndelay_s = 0.004").exit, 0);
+    // Nobody feels a delay of commands that rest, or a spring that nobody touches.
+    for effect in ["command-delay\"\ndelay_s = 0.004", "stiffness-hardening\"\ncubic_n_per_m3 = 1e6"] {
+        run(&format!("id = \"{effect}"));
+        let resting = ["test", "--controller", "reference", "--task", "rest", "--velocity", "0", "--position", "-0.01"];
+        let ran = shell.run(&[&resting[..], &["--cell", "DIR/cell.toml", "--duration", "0.4"]].concat());
+        assert!(ran.exit == 6 && ran.err.contains("did nothing"), "{effect}: {} {}", ran.exit, ran.err);
+    }
     assert_eq!(run("id = \"drop\"\non = \"rsi-reply\"\nat = 1\nfor = 150").exit, 0, "0.4 s end before the robot stops");
     assert_eq!(run("id = \"nan\"\non = \"rsi-reply\"\nat = 1").exit, 1);
     for wrong in

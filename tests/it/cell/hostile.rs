@@ -384,3 +384,24 @@ fn noise_at_the_sensors_port_takes_nothing() {
     check(&cell, 0, &["100 of 100 cycles of 4 ms ran, 100 answered"]);
     assert_eq!(exchange(&cell), exchange(&calm), "the exchange is the same to the last bit");
 }
+
+/// A result replaces an older result, and nothing else.
+#[test]
+fn a_result_replaces_no_file_that_is_none() {
+    let bench = Bench::new("");
+    let args = ["test", "--cell", "DIR/cell.toml", "--controller", "reference", "--duration", "0.1"];
+    for (flag, file) in [("--json", "cell.toml"), ("--report", "rsi/bench.xml"), ("--json", "models/bench.toml")] {
+        let before = bench.shell.read(file);
+        let ran = bench.shell.run(&[&args[..], &[flag, &format!("DIR/{file}")]].concat());
+        check(&ran, 2, &["is read by this command"]);
+        assert_eq!(bench.shell.read(file), before);
+    }
+    bench.shell.write("work.txt", "mine");
+    let ran = bench.shell.run(&[&args[..], &["--json", "DIR/work.txt"]].concat());
+    check(&ran, 2, &["work.txt: exists already, is no result of this program"]);
+    assert_eq!(bench.shell.read("work.txt"), "mine");
+    for _ in 0..2 {
+        let both = ["--json", "DIR/r.json", "--report", "DIR/r.html"];
+        check(&bench.shell.run(&[&args[..], &both].concat()), 0, &["r.json: written", "r.html: written"]);
+    }
+}
