@@ -5,6 +5,7 @@ use super::tests::{example, sound};
 use super::*;
 use crate::rsi::{
     Controller, ControllerEvent, Corrections, EthernetConfig, Family, Host, HostOptions, LateRule, POSE, Settings,
+    split,
 };
 use sim_core::rng::Streams;
 use sim_core::time::Nanos;
@@ -77,7 +78,7 @@ impl Bench {
     fn answer(&mut self, now: Nanos, arrived: &[Out]) -> Option<Vec<u8>> {
         let (mut events, mut fresh) = (Vec::new(), 0);
         for out in arrived {
-            fresh += self.host.receive_datagram(now + out.within, &out.bytes, &mut events).len();
+            fresh += self.host.receive_documents(now + out.within, split(&out.bytes), &mut events).len();
         }
         let wanted = Corrections::six("RKorr", POSE, [1.25, -0.5, 0.0, 0.0, 0.0, 0.25]);
         let reply = match fresh {
