@@ -19,38 +19,6 @@
 //! Not covered: the least delay itself. One-way data do not separate it from the constant; a dead time of the cell (16 + 16 ms at
 //! EPOS) stays in the data, as it must. A drift that wanders: one line is fitted to a session.
 
-/// A counter of limited width, counted on when it turns over.
-///
-/// Each value is taken to be the one nearest to the last: half a turn back or ahead. A late packet therefore counts back.
-#[derive(Debug, Clone, Copy)]
-pub struct Unwrap {
-    bits: u32,
-    last: Option<i64>,
-}
-
-impl Unwrap {
-    /// For a counter of 1 to 62 bits; `None` for another width.
-    pub fn new(bits: u32) -> Option<Self> {
-        (1..=62).contains(&bits).then_some(Unwrap { bits, last: None })
-    }
-
-    /// The value, counted on. Bits above the width are ignored.
-    pub fn next(&mut self, raw: u64) -> i64 {
-        let turn = 1_i64 << self.bits;
-        let raw = (raw & (turn as u64 - 1)) as i64;
-        let Some(last) = self.last else {
-            self.last = Some(raw);
-            return raw;
-        };
-        let step = (raw - last).rem_euclid(turn);
-        let step = if step < turn / 2 { step } else { step - turn };
-        // Beyond 2⁶² the count stays: a thousand years of nanoseconds.
-        let value = last.saturating_add(step);
-        self.last = Some(value);
-        value
-    }
-}
-
 /// A line below all offsets, and how they lie above it.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct ClockLine {

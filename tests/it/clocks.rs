@@ -1,25 +1,8 @@
-//! Clocks: counters that turn over, lines below clouds of delays, and the two clocks of a real robot.
+//! Clocks: lines below clouds of delays, and the two clocks of a real robot.
 
-use harness::clocks::{Envelope, Unwrap};
+use harness::clocks::Envelope;
 use proptest::prelude::*;
 use std::path::Path;
-
-#[test]
-fn a_counter_is_counted_on_across_its_end() {
-    let check = |bits: u32, raw: &[u64], wanted: &[i64]| {
-        let mut unwrap = Unwrap::new(bits).unwrap();
-        let values: Vec<i64> = raw.iter().map(|raw| unwrap.next(*raw)).collect();
-        assert_eq!(values, wanted, "{bits} bits");
-    };
-    let end = u64::from(u32::MAX);
-    check(32, &[end - 3, end, 0, 4], &[4_294_967_292, 4_294_967_295, 4_294_967_296, 4_294_967_300]);
-    // A late packet counts back, and the count goes on from it.
-    check(16, &[65_535, 1, 65_534, 2], &[65_535, 65_537, 65_534, 65_538]);
-    // OptoForce writes 16 bits into a field of 32: the upper ones do not matter then.
-    check(16, &[0x1_0005, 6], &[5, 6]);
-    check(62, &[u64::MAX >> 2, 0], &[(1 << 62) - 1, 1 << 62]);
-    assert!(Unwrap::new(0).is_none() && Unwrap::new(63).is_none());
-}
 
 #[test]
 fn no_line_before_the_first_sample_and_no_drift_in_the_first_ten_seconds() {

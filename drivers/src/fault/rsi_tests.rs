@@ -5,6 +5,7 @@ use super::tests::{example, sound};
 use super::*;
 use crate::rsi::{
     Controller, ControllerEvent, Corrections, EthernetConfig, Family, Host, HostOptions, LateRule, POSE, Settings,
+    split,
 };
 use sim_core::rng::Streams;
 use sim_core::time::Nanos;
@@ -78,7 +79,8 @@ impl Bench {
         let (mut events, mut replies) = (Vec::new(), Vec::new());
         let wanted = Corrections::six("RKorr", POSE, [1.25, -0.5, 0.0, 0.0, 0.0, 0.25]);
         for out in arrived {
-            let is_fresh = !self.host.receive_datagram(now + out.within, &out.bytes, &mut events).is_empty();
+            let documents = split(&out.bytes);
+            let is_fresh = !self.host.receive_documents(now + out.within, documents, &mut events).is_empty();
             replies.extend(match is_fresh {
                 true => self.host.reply(&wanted).ok(),
                 false => self.host.repeat().map(<[u8]>::to_vec),

@@ -251,11 +251,6 @@ impl Controller {
         sum(&self.start_external, &self.external)
     }
 
-    /// The cumulative correction, after limits.
-    pub fn correction_mm_deg(&self) -> [f64; 6] {
-        self.correction
-    }
-
     /// `Stat` of POSCORR: 0 no correction, 1 correcting, 2 limited.
     pub fn stat(&self) -> u8 {
         self.stat

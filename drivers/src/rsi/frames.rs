@@ -2,7 +2,8 @@
 //!
 //! Over TCP (KRC2) a document may come in pieces, two may come at once, and whole buffers may be padded with NUL. The closing
 //! tag of the root delimits them. With `PROTCOLLENGTH On` a length stands before each document; which form it has is documented
-//! nowhere, so every plausible one is read, checked against the document, and used for the answers.
+//! nowhere, so every plausible one is read, checked against the document, and used for the answers. It may count white space and
+//! NUL after the document too: a KRC2 ends its telegrams with a new line, and others fill whole buffers.
 //!
 //! | limit | bytes |
 //! |---|---|
@@ -49,6 +50,8 @@ pub struct Frames {
     prefix: Prefix,
     /// What stood before the document at the front was reported already.
     reported: bool,
+    /// Bytes after the document at the front that its length counts.
+    behind: usize,
     /// Since the last document, something that is none was dropped and reported.
     skips: bool,
 }
@@ -70,6 +73,7 @@ impl Frames {
             expects_prefix: length_prefix,
             prefix,
             reported: false,
+            behind: 0,
             skips: false,
         }
     }
@@ -131,14 +135,15 @@ impl Frames {
             return Some(Err(Malformed { at: start - cut, why: Why::Truncated }));
         }
         if !core::mem::take(&mut self.reported)
-            && let Some(problem) = self.before(start, end - start)
+            && let Some(problem) = self.before(start, end)
         {
             self.drop_front(start);
             self.reported = true;
             return Some(Err(problem));
         }
         let document = self.waiting[start..end].to_vec();
-        self.drop_front(end);
+        let behind = core::mem::take(&mut self.behind);
+        self.drop_front(end + behind);
         self.skips = false;
         let problem = Malformed { at: DOCUMENT_MAX, why: Why::TooLong };
         Some(if document.len() > DOCUMENT_MAX { Err(problem) } else { Ok(document) })
@@ -196,14 +201,16 @@ impl Frames {
         (!core::mem::replace(&mut self.skips, true)).then_some(Malformed { at: 0, why: Why::Junk })
     }
 
-    /// What stands before a document of this length: padding, a length, or neither.
-    fn before(&mut self, start: usize, length: usize) -> Option<Malformed> {
-        let before = &self.waiting[..start];
+    /// What stands before a document: padding, a length, or neither.
+    fn before(&mut self, start: usize, end: usize) -> Option<Malformed> {
+        let (before, after) = (&self.waiting[..start], &self.waiting[end..]);
         if self.expects_prefix {
             let tail = &before[before.len().saturating_sub(PREFIX_MAX)..];
-            return match Prefix::of(tail, length, self.prefix) {
-                Some(prefix) => {
+            return match Prefix::of(tail, end - start, after, self.prefix) {
+                Some((prefix, beyond)) => {
                     self.prefix = prefix;
+                    // What of it has not come yet is white space before the next document.
+                    self.behind = beyond.min(after.len());
                     None
                 }
                 None => Some(Malformed { at: 0, why: Why::WrongLength }),
@@ -234,13 +241,30 @@ impl Prefix {
         }
     }
 
-    /// The form in which the end of `tail` is `length`; the one seen before comes first.
-    fn of(tail: &[u8], length: usize, known: Prefix) -> Option<Prefix> {
-        let digits: &[u8] = tail.trim_ascii_end();
-        core::iter::once(known).chain(Prefix::ALL).find(|form| {
-            let want = form.bytes(length);
-            if *form == Prefix::Digits { digits.ends_with(&want) } else { !want.is_empty() && tail.ends_with(&want) }
-        })
+    /// The length that the end of `tail` is in this form.
+    fn read(self, tail: &[u8]) -> Option<usize> {
+        match self {
+            Prefix::None => None,
+            Prefix::Little32 => tail.last_chunk().map(|bytes| u32::from_le_bytes(*bytes) as usize),
+            Prefix::Big32 => tail.last_chunk().map(|bytes| u32::from_be_bytes(*bytes) as usize),
+            Prefix::Little16 => tail.last_chunk().map(|bytes| usize::from(u16::from_le_bytes(*bytes))),
+            Prefix::Big16 => tail.last_chunk().map(|bytes| usize::from(u16::from_be_bytes(*bytes))),
+            Prefix::Digits => {
+                let text = tail.trim_ascii_end();
+                let digits = text.iter().rev().take_while(|byte| byte.is_ascii_digit()).count();
+                core::str::from_utf8(&text[text.len() - digits..]).ok()?.parse().ok()
+            }
+        }
+    }
+
+    /// The form in which the end of `tail` is the length of a document, and by how much it is longer: so much white space or NUL
+    /// follows, as far as it has come. The least surplus is taken, and of equal ones the form seen before.
+    fn of(tail: &[u8], length: usize, after: &[u8], known: Prefix) -> Option<(Prefix, usize)> {
+        let is_blank = |beyond: usize| after.iter().take(beyond).all(|byte| *byte == 0 || byte.is_ascii_whitespace());
+        let forms = core::iter::once(known).chain(Prefix::ALL);
+        let read = forms.filter_map(|form| Some((form, form.read(tail)?.checked_sub(length)?)));
+        read.filter(|(_, beyond)| length + beyond <= DOCUMENT_MAX && is_blank(*beyond))
+            .min_by_key(|(_, beyond)| *beyond)
     }
 }
 
@@ -406,9 +430,33 @@ mod tests {
             }
         }
         let mut frames = Frames::new(true);
-        frames.push(b"\x0c\0\0\0<Rob></Rob>\0\0\0\x0b<Rob></Rob>");
+        frames.push(b"\x0a\0\0\0<Rob></Rob>\0\0\0\x0b<Rob></Rob>\x0c\0\0\0<Rob></Rob>x");
         let document = document("<Rob></Rob>");
-        assert_eq!(all(&mut frames), [Err(Why::WrongLength), document.clone(), document]);
+        assert_eq!(
+            all(&mut frames),
+            [Err(Why::WrongLength), document.clone(), document.clone(), Err(Why::WrongLength), document]
+        );
+    }
+
+    /// A real KRC2 telegram ends with a new line; whole buffers are filled up with NUL.
+    #[test]
+    fn a_length_may_count_the_blanks_behind_the_document() {
+        for filler in ["\n", "\r\n", "\0\0\0", &"\0".repeat(2048 - KRC2_DAT.trim().len())] {
+            let text = format!("{}{filler}", KRC2_DAT.trim());
+            for form in Prefix::ALL {
+                let stream = [form.bytes(text.len()), text.clone().into_bytes()].concat().repeat(3);
+                for piece in [1, 7, text.len(), stream.len()] {
+                    let mut frames = Frames::new(true);
+                    let found: Vec<Found> = stream
+                        .chunks(piece)
+                        .flat_map(|bytes| frames.documents(bytes))
+                        .map(|found| found.map_err(|problem| problem.why))
+                        .collect();
+                    assert_eq!(found, vec![document(KRC2_DAT); 3], "{form:?} {filler:?} {piece}");
+                    assert_eq!(frames.prefix().bytes(300), form.bytes(300), "{form:?} {filler:?} {piece}");
+                }
+            }
+        }
     }
 
     #[test]

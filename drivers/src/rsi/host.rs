@@ -14,7 +14,6 @@ use sim_core::time::Nanos;
 use super::config::EthernetConfig;
 use super::dangers::Mode;
 use super::event::Event;
-use super::frames;
 use super::ipoc::{Move, Seen, Stamps};
 use super::malformed::{Malformed, Why};
 use super::names::Names;
@@ -101,7 +100,7 @@ pub struct Host {
     pending: Option<Pending>,
     /// Stamp and bytes of the newest reply.
     cached: Option<(u64, Vec<u8>)>,
-    /// The newest document was a repeat of the frame that `cached` answers.
+    /// The newest document was a repeat of the frame that `cached` answers, and nobody has taken the reply yet.
     repeated: bool,
     delay: Option<i64>,
     last: Option<Nanos>,
@@ -156,11 +155,6 @@ impl Host {
         }
     }
 
-    /// Takes a datagram with any number of documents.
-    pub fn receive_datagram(&mut self, now: Nanos, datagram: &[u8], events: &mut Vec<Event>) -> Vec<Frame> {
-        self.receive_documents(now, frames::split(datagram), events)
-    }
-
     /// Takes the documents that came at once.
     pub fn receive_documents(
         &mut self,
@@ -180,6 +174,7 @@ impl Host {
 
     /// Counts bytes that are no document, as [`super::Frames`] finds them in a stream.
     pub fn malformed(&mut self, problem: Malformed, events: &mut Vec<Event>) {
+        self.repeated = false;
         count(&mut self.causes, problem.why.id());
         self.say(events, Event::Malformed(problem));
     }
@@ -208,9 +203,10 @@ impl Host {
         Ok(bytes)
     }
 
-    /// The reply that is due again, when the newest document repeated a frame that was answered.
-    pub fn repeat(&self) -> Option<&[u8]> {
-        let (_, bytes) = self.cached.as_ref().filter(|_| self.repeated)?;
+    /// The reply that is due again, when the newest document repeated a frame that was answered. Each repeat is given one.
+    pub fn repeat(&mut self) -> Option<&[u8]> {
+        let is_due = core::mem::take(&mut self.repeated);
+        let (_, bytes) = self.cached.as_ref().filter(|_| is_due)?;
         Some(bytes)
     }
 

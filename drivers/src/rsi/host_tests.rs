@@ -8,7 +8,7 @@ mod tests {
 
     use super::super::vectors::{CONFIG, GPIO, HELLO, HELLO_EMPTY, KRC2_DAT, SEN_ROS, UPPER, frame};
     use super::super::{
-        Corrections, EthernetConfig, Event, Form, Frame, Host, HostOptions, Mode, POSE, ReplyError, Telegram,
+        Corrections, EthernetConfig, Event, Form, Frame, Host, HostOptions, Mode, POSE, ReplyError, Telegram, split,
     };
 
     const MS: i64 = 1_000_000;
@@ -180,6 +180,23 @@ mod tests {
         assert_eq!(bench.said(), Vec::<&str>::new());
     }
 
+    /// Who asks whenever something has come asks more often than a frame is repeated.
+    #[test]
+    fn a_repeat_is_answered_once_whatever_comes_after_it() {
+        let mut bench = Bench::running(HostOptions::default(), 100);
+        bench.take(4, &frame(300, 0.0, 0)).unwrap();
+        let reply = bench.host.reply(&Corrections::six("RKorr", POSE, [1.0; 6])).unwrap();
+        bench.take(1, &frame(300, 0.0, 0));
+        assert_eq!(bench.host.repeat(), Some(reply.as_slice()));
+        // A piece of a frame, then bytes that are none.
+        assert_eq!(bench.host.repeat(), None);
+        bench.host.receive_documents(bench.now, split(b"hello"), &mut bench.events);
+        assert_eq!(bench.host.repeat(), None);
+        bench.take(1, &frame(300, 0.0, 0));
+        bench.host.receive_documents(bench.now, split(&frame(304, 0.0, 0)[..50]), &mut bench.events);
+        assert_eq!(bench.host.repeat(), None, "the newest is no repeat");
+    }
+
     #[test]
     fn gaps_swaps_and_wrong_stamps_are_told_apart() {
         let mut bench = Bench::running(HostOptions::default(), 0);
@@ -344,7 +361,7 @@ mod tests {
         // Two documents in one datagram, and the rest of a third.
         bench.events.clear();
         let datagram = [good, frame(204, 0.0, 0), frame(208, 0.0, 0)[..50].to_vec()].concat();
-        let frames = bench.host.receive_datagram(bench.now, &datagram, &mut bench.events);
+        let frames = bench.host.receive_documents(bench.now, split(&datagram), &mut bench.events);
         assert_eq!(frames.iter().map(|frame| frame.ipoc).collect::<Vec<_>>(), [200, 204]);
         assert_eq!(bench.said(), ["rsi-unanswered", "rsi-malformed"]);
     }

@@ -151,7 +151,7 @@ mod tests {
             let bytes = damaged(&mut stream, &sources);
             assert!(!split(&bytes).is_empty());
             let (mut events, before) = (Vec::new(), host.counts().values().sum::<u64>());
-            let frames = host.receive_datagram(Nanos(0), &bytes, &mut events);
+            let frames = host.receive_documents(Nanos(0), split(&bytes), &mut events);
             let said = host.counts().values().sum::<u64>() - before;
             assert_eq!(said, events.len() as u64, "every event is counted");
             assert!(!frames.is_empty() || !events.is_empty(), "silent about {}", String::from_utf8_lossy(&bytes));

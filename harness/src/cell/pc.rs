@@ -49,7 +49,7 @@ impl Pc {
     }
 
     /// The answer to a frame that came again.
-    pub fn again(&self) -> Option<Vec<u8>> {
+    pub fn again(&mut self) -> Option<Vec<u8>> {
         self.host.repeat().map(<[u8]>::to_vec)
     }
 

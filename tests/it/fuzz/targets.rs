@@ -201,7 +201,7 @@ fn host(input: &[u8], outcomes: &mut Outcomes) {
         now = now + Nanos(if piece.len() % 16 == 5 { 300_000_000 } else { 4_000_000 });
         host.tick(now, &mut all);
         let before = all.len();
-        let frames = host.receive_datagram(now, piece, &mut all);
+        let frames = host.receive_documents(now, rsi::split(piece), &mut all);
         assert!(!frames.is_empty() || all.len() > before, "a datagram of {} bytes leaves no trace", piece.len());
         for frame in &frames {
             let values = frame.pose_mm_deg.into_iter().chain(frame.external).flatten();

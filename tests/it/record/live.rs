@@ -79,6 +79,8 @@ fn a_peer_answers_every_frame_with_nothing() {
                 robot.send_to(&frame, address).unwrap();
                 let length = robot.recv(&mut buffer).unwrap();
                 assert_eq!(text(&buffer[..length]), reply);
+                // What is no frame gets no answer: the next one is to the next frame.
+                robot.send_to(b"hello", address).unwrap();
                 stranger.send_to(&frame, address).unwrap();
             }
         }
