@@ -18,7 +18,7 @@
 //! | `controller`, `on_wire`, `pc` | controllers under test in SI, and their bytes |
 //! | `fault_list` | the faults of the wire as text |
 //! | `run`, `page` | one run: the cell and whoever is at the other end; and how it is shown |
-//! | `wires`, `waiting`, `serve`, `link`, `process`, `clock` | the same over real sockets, with a program that is started and watched |
+//! | `wires`, `waiting`, `timing`, `serve`, `link`, `process`, `clock` | the same over real sockets, with a program that is started and watched |
 //! | `net_faults`, `intruder` | what only sockets get wrong: strangers, closed ports, a second client |
 //! | `page_server`, `page_reader` | the sensor's page, and the computer that reads it |
 //!
@@ -45,6 +45,7 @@ pub mod process;
 pub mod run;
 pub mod serve;
 pub mod session;
+pub mod timing;
 pub mod virtual_cell;
 mod waiting;
 pub mod wires;

@@ -2,7 +2,7 @@
 
 use super::config::Cell;
 use super::run::Ran;
-use super::wires::{Spread, Timing};
+use super::timing::{Spread, Timing};
 use crate::files::sha256_hex;
 use crate::recording::{Pose, Series};
 use crate::report::story::words::Scale;

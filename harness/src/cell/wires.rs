@@ -24,6 +24,7 @@ use super::net_faults::NetFaults;
 use super::page_server::PageServer;
 use super::process::Started;
 use super::run::{Answers, FaultAccount, Peer};
+use super::timing::Timing;
 use super::virtual_cell::{Line, Moment, Packet};
 use super::waiting::{Heard, Waiting};
 use crate::error::Error;
@@ -31,7 +32,6 @@ use drivers::fault::Stream;
 use drivers::ft::{AnyDevice, Device as _};
 use drivers::net::{Arrival, Clock, Endpoint, Lock, NetError, wait};
 use drivers::rsi::{Frames, Transport, split};
-use serde::Serialize;
 use sim_core::time::Nanos;
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
@@ -59,42 +59,6 @@ pub enum Pace {
     },
     /// One cycle in each period of this length.
     Real(Nanos),
-}
-
-/// How well the time was kept.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
-pub struct Timing {
-    /// Cycles that were run.
-    pub cycles: u64,
-    /// How late the frames of a cycle were sent.
-    pub sent_late: Spread,
-    /// How long the answers took that came in time.
-    pub answers_in_time: Spread,
-    /// Frames without an answer in time.
-    pub late_or_missing: u64,
-    /// Time that was not spent waiting, in ns.
-    pub busy_ns: i64,
-    /// Time from the first cycle to the last, in ns.
-    pub total_ns: i64,
-}
-
-/// Times of one kind.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
-pub struct Spread {
-    /// How many.
-    pub count: u64,
-    /// Their sum, in ns.
-    pub sum_ns: i64,
-    /// The longest, in ns.
-    pub most_ns: i64,
-}
-
-impl Spread {
-    fn add(&mut self, time: Nanos) {
-        self.count += 1;
-        self.sum_ns += time.0;
-        self.most_ns = self.most_ns.max(time.0);
-    }
 }
 
 /// Where a cell and a controller meet.
@@ -177,8 +141,10 @@ pub struct Wires {
     begun: Option<Nanos>,
     waited_ns: i64,
     arrivals: Vec<Arrival>,
-    /// Answers that came a second time.
-    spare: BTreeMap<&'static str, u64>,
+    /// Who asked the sensor last.
+    reader: Option<SocketAddr>,
+    /// What the sockets saw, by class.
+    seen: BTreeMap<&'static str, u64>,
     /// How well the time was kept.
     pub timing: Timing,
 }
@@ -208,7 +174,8 @@ impl Wires {
             begun: None,
             waited_ns: 0,
             arrivals: Vec::new(),
-            spare: BTreeMap::new(),
+            reader: None,
+            seen: BTreeMap::new(),
             timing: Timing::default(),
         })
     }
@@ -263,7 +230,7 @@ impl Wires {
                             match robot.waiting.heard(&answer) {
                                 Heard::Answer(sent) => self.timing.answers_in_time.add(clock.now() - sent),
                                 Heard::Spare if matches!(self.pace, Pace::Virtual { .. }) => {
-                                    *self.spare.entry("cell-spare-answer").or_default() += 1;
+                                    *self.seen.entry("cell-spare-answer").or_default() += 1;
                                     continue;
                                 }
                                 _ => {}
@@ -291,6 +258,9 @@ impl Wires {
             };
             let (intruder, mut sockets) = self.disturbed(&now);
             if intruder.asked(from, &bytes, &mut sockets)? {
+                if self.reader.replace(from).is_some_and(|reader| reader != from) {
+                    *self.seen.entry("cell-reader-changed").or_default() += 1;
+                }
                 answers.requests.push(bytes);
             }
         }
@@ -419,7 +389,7 @@ impl Peer for Wires {
 
     fn account(&mut self) -> (BTreeMap<&'static str, u64>, Vec<FaultAccount>) {
         let mut events = std::mem::take(&mut self.intruder.events);
-        events.append(&mut self.spare);
+        events.append(&mut self.seen);
         (events, self.intruder.faults.accounts())
     }
 

@@ -7,7 +7,8 @@ use super::outcome::Exit;
 use super::run::did_nothing;
 use crate::cell::page::page;
 use crate::cell::run::{Options, Ran, run};
-use crate::cell::wires::{Addresses, Pace, Timing, Wires};
+use crate::cell::timing::Timing;
+use crate::cell::wires::{Addresses, Pace, Wires};
 use crate::cell::{self, Cell, fault_list, session};
 use crate::error::Error;
 use crate::files::sha256_hex;
@@ -23,6 +24,19 @@ use std::time::Duration;
 
 /// Longest wait for an answer in virtual time: beyond it the answer counts as missing. Chosen.
 const PATIENCE_MS: u64 = 1000;
+
+/// What a controller has to do, for those who write one.
+pub(super) const CONTROLLER: &str = "\
+What a controller does:
+  It binds the address `listen` of each robot (over TCP it listens there), and then asks the sensor to stream;
+  rdt: 12 34 00 02 00 00 00 00. The readings of a cycle come before its frames: big-endian counts, of force along
+  z negative where the contact resists.
+  Each frame, <Rob Type=\"KUKA\">…<IPOC>n</IPOC></Rob>, is answered once, with the same IPOC:
+  <Sen Type=\"SENTYPE\"><RKorr X=\"0.0000\" …/><IPOC>n</IPOC></Sen>. X, Y and Z in mm, A, B and C in deg, from the
+  pose at the start (mode absolute) or from the last one (relative), in the axes of the robot's BASE.
+  The cell begins in motion, with velocity_m_per_s of [start]. What is commanded in the first cycle is the start
+  itself, a correction of zero; the reported pose is behind it by the dead times of the model.
+  When no frame comes any more it ends. `dockhil test` sends it SIGTERM 0.2 s after the run, and SIGKILL 0.2 s later.";
 
 /// How a cell is run.
 #[derive(Debug, Clone, Args)]
@@ -66,6 +80,7 @@ pub struct Timed {
 
 /// Arguments of `dockhil cell`.
 #[derive(Debug, Args)]
+#[command(after_long_help = CONTROLLER)]
 pub struct Arguments {
     /// The cell: a file, or the name of one inside the program.
     #[arg(long, value_name = "CELL.toml", required_unless_present_any = ["list_faults", "schema"])]

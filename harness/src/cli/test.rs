@@ -1,6 +1,6 @@
 //! `dockhil test`: a controller under test against the virtual cell: started, watched, stopped, its output kept.
 
-use super::cell::{Running, Timed, named};
+use super::cell::{CONTROLLER, Running, Timed, named};
 use super::console::Console;
 use super::interrupt::Interrupt;
 use super::outcome::Exit;
@@ -9,7 +9,8 @@ use crate::cell::controller::{Reference, Task};
 use crate::cell::on_wire::OnWire;
 use crate::cell::process::{Ended, Started, words};
 use crate::cell::run::{InProcess, Options, Ran, run};
-use crate::cell::wires::{Addresses, Timing, Wires};
+use crate::cell::timing::Timing;
+use crate::cell::wires::{Addresses, Wires};
 use crate::error::Error;
 use clap::Args;
 use drivers::net::{Endpoint, Listener, Lock};
@@ -29,6 +30,7 @@ const REFERENCE: &str = "reference";
 
 /// Arguments of `dockhil test`.
 #[derive(Debug, Args)]
+#[command(after_long_help = CONTROLLER)]
 pub struct Arguments {
     /// The program to start, or `reference` for the one inside. `{rsi}` becomes the address where it is to be bound for the first
     /// robot, `{rsi2}` for the second, `{ft}` the address of the sensor, `{page}` that of its page, `{cell}` the path of the cell,

@@ -167,7 +167,9 @@ fn conclude(
     let fit = &found.best.fit;
     let given = request.model.chosen(request.catalog).len();
     let nominal = Trial { base: Base::of(request.model), effects: fit.trial.effects[..given].to_vec() };
-    let before = blocks_before(request, prepared, problem, &nominal);
+    let declared = declared_links(request, prepared, problem);
+    let own_before = score::nuisances(&declared, &nominal);
+    let before = quality::all_blocks(&declared, &nominal, &own_before);
     let after = quality::all_blocks(problem, &fit.trial, &fit.nuisances);
     let mut base_parameters = verdict::base_parameters(request.model, &found.best.fit, prepared.shared.mass_kg);
     if prepared.shared.convention.is_some() {
@@ -221,26 +223,28 @@ fn conclude(
         noise: prepared.noise,
         scatter: [0, 1, 2].map(|j| [problem.declared[j], fit.scatter[j]]),
     };
-    let curves = all_curves(problem, prepared, [&plain, &full], &nominal, &fit.trial, &fit.nuisances);
+    let learned: Vec<_> = own_before.into_iter().zip(fit.nuisances.iter().copied()).collect();
+    let tested: Vec<_> =
+        score::nuisances(&plain, &nominal).into_iter().zip(score::nuisances(&full, &fit.trial)).collect();
+    let curves = |problems, run, role, own: &[(Nuisance, Nuisance)]| {
+        score::curves(problems, run, role, &nominal, &fit.trial, own[run].into())
+    };
+    let learn =
+        (0..learned.len()).map(|run| curves([&declared, problem], run, prepared.roles[prepared.used[run]], &learned));
+    let test = (0..tested.len()).map(|run| curves([&plain, &full], run, "test", &tested));
+    let curves = learn.chain(test).collect();
     let mut all = known[given..].to_vec();
     all.iter_mut().filter(|chosen| chosen.kind.id == CLOCK).for_each(|chosen| chosen.kind.params[0].discrete = false);
     Ok(Outcome { diagnosis, curves, ladder, found: all, base: fit.trial.base })
 }
 
-/// Residual blocks of the model as it was given, on links as they were declared.
-fn blocks_before(
-    request: &Request<'_>,
-    prepared: &Prepared<'_>,
-    problem: &Problem,
-    nominal: &Trial,
-) -> Vec<Vec<Block>> {
+/// The problem on links as they were declared.
+fn declared_links(request: &Request<'_>, prepared: &Prepared<'_>, problem: &Problem) -> Problem {
+    if problem.runs.iter().all(|run| run.schedule.is_none()) {
+        return problem.clone();
+    }
     let cases: Vec<Case> = prepared.used.iter().map(|&i| prepared.cases[i].clone()).collect();
-    let plain = if problem.runs.iter().any(|run| run.schedule.is_some()) {
-        Problem::docking(request.model, cases, prepared.noise)
-    } else {
-        problem.clone()
-    };
-    quality::all_blocks(&plain, nominal, &score::nuisances(&plain, nominal))
+    Problem::docking(request.model, cases, prepared.noise)
 }
 
 fn misfit(blocks: &[Vec<Block>]) -> f64 {
@@ -398,29 +402,4 @@ fn drift_note(case: &Case, noise: &Noise) -> Option<String> {
     let sd = noise.force_floor_n * libm::sqrt(fewer.min(10.0) * 12.0 / (n * n * n)) / period_s;
     let rate = slope / period_s;
     (rate.abs() > 4.0 * sd).then(|| format!("the reading drifts at rest by {rate:+.3} N/s (sd {sd:.3} N/s)"))
-}
-
-fn all_curves(
-    problem: &Problem,
-    prepared: &Prepared<'_>,
-    tests: [&Problem; 2],
-    before: &Trial,
-    after: &Trial,
-    own: &[Nuisance],
-) -> Vec<super::answer::Curves> {
-    let own_before = score::nuisances(problem, before);
-    let mut all: Vec<_> = prepared
-        .used
-        .iter()
-        .enumerate()
-        .map(|(run, &i)| score::curves(problem, run, prepared.roles[i], before, after, [own_before[run], own[run]]))
-        .collect();
-    let [plain, full] = tests;
-    let (test_before, test_after) = (score::nuisances(plain, before), score::nuisances(full, after));
-    for run in 0..full.runs.len() {
-        let mut curves = score::curves(full, run, "test", before, after, [test_before[run], test_after[run]]);
-        curves.position_before_m = plain.predicted(run, before, &test_before[run], &mut Scratch::default()).1;
-        all.push(curves);
-    }
-    all
 }

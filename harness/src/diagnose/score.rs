@@ -144,9 +144,9 @@ pub fn ladder_of(
     Ok(ladder(&steps, floors, sessions))
 }
 
-/// Signals of one run under two trials, for pictures.
+/// Signals of one run under two trials, for pictures: the first on links as they were declared, the second on those that were found.
 pub fn curves(
-    problem: &Problem,
+    [plain, problem]: [&Problem; 2],
     run: usize,
     role: &'static str,
     before: &Trial,
@@ -156,7 +156,7 @@ pub fn curves(
     let here = &problem.runs[run];
     let case = &here.case;
     let mut scratch = Scratch::default();
-    let (force_before, position_before_m) = problem.predicted(run, before, &own[0], &mut scratch);
+    let (force_before, position_before_m) = plain.predicted(run, before, &own[0], &mut Scratch::default());
     let (force_after, position_after_m) = problem.predicted(run, after, &own[1], &mut scratch);
     let bias_n = problem.model.sensor.bias_n;
     let weight_n = problem.model.sensor.tool_mass_kg * crate::blocks::GRAVITY_M_PER_S2;
