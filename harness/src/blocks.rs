@@ -258,10 +258,33 @@ impl Schedule {
     }
 }
 
+/// Ticks at which the robot holds, having got no command.
+#[derive(Debug, Clone)]
+pub struct Held(pub Arc<[bool]>);
+
+impl Effect<Axis> for Held {
+    fn received(&self, context: Context<'_>, seen: &Signals<Axis>, out: &mut Received<Axis>) {
+        if self.0.get(context.step.index as usize) == Some(&true) {
+            *out = Received { motion: seen.received.motion, late_s: 0.0, lost: true };
+        }
+    }
+}
+
+impl Held {
+    /// Ready to run; `None` if the robot never holds.
+    pub fn attach(held: &[bool]) -> Option<Attached<Axis>> {
+        let any = held.iter().any(|held| *held);
+        // After a decoded schedule (by its name): what is known for sure counts.
+        let effect = || Box::new(Held(held.into()));
+        any.then(|| Attached { id: "held".into(), wires: vec![Wire::Received], order: 0, effect: effect() })
+    }
+}
+
 /// The path block: recorded command in, achieved and reported pose out.
 pub fn path(model: &Model, case: &Case, effects: &[Chosen], schedule: Option<&Schedule>) -> Path {
     let mut attached = attached(effects, is_on_path);
     attached.extend(schedule.map(Schedule::attach));
+    attached.extend(Held::attach(&case.settled.held));
     let mut trace = Trace::default();
     let clamps = Clamps { commanded: Some(&case.commanded), ..Clamps::default() };
     let columns = Columns { loop_ticks: true, sensor_ticks: false, achieved: true, measured: false };

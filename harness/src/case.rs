@@ -4,6 +4,7 @@
 //! that it counts nowhere. Nothing is shifted to fit.
 
 use crate::error::Error;
+use crate::missing::{self, Has, Missing};
 use crate::model::{Model, RigKind};
 use crate::recording::{Grade, Kind, Series, Session};
 use sim_core::effect::Rates;
@@ -59,6 +60,21 @@ pub struct Case {
     pub across_n: [Channel; 2],
     /// Force that drives the axis at each tick; empty for a docking cell.
     pub applied_n: Vec<f64>,
+    /// What is missing in it.
+    pub missing: Missing,
+    /// What is known of the ticks at which something is missing, once [`crate::diagnose::settle::settled`] has looked.
+    pub settled: Settled,
+}
+
+/// What is known of the ticks at which something is missing.
+#[derive(Debug, Clone, Default)]
+pub struct Settled {
+    /// Ticks at which the robot holds, having got no command; empty before anybody has looked.
+    pub held: Vec<bool>,
+    /// Ticks whose command is recorded and did not reach the robot in time.
+    pub unheard: Vec<usize>,
+    /// Ticks at which the software did what nobody knows, soon after a gap.
+    pub resumed: Vec<usize>,
 }
 
 /// The median interval of a stream.
@@ -80,6 +96,11 @@ impl Case {
     /// Whether the interfaces touch in it.
     pub fn is_impact(&self) -> bool {
         self.kind == Kind::Impact
+    }
+
+    /// Whether the command of a tick was recorded, and is the one of that tick.
+    pub fn trusts_command(&self, tick: usize) -> bool {
+        self.missing.command.get(tick).is_none_or(|has| *has == Has::Sample)
     }
 
     /// Time of a tick of the sensor, in s.
@@ -142,6 +163,10 @@ fn docking(session: &Session, model: &Model) -> Result<Case, Error> {
         known: channel.known.get(early..).unwrap_or_default().to_vec(),
     };
     let sensed_n = without_early(reading(2));
+    let (of_readings, readings) = (
+        missing::ticks_of(&sensed.time_ns, sensed.time_ns[0], sensor_period.0, sensor_ticks),
+        sensor_ticks.saturating_sub(early),
+    );
     let until = Nanos((ticks as i64 * period.0).max(phase + sensed_n.value.len() as i64 * sensor_period.0));
     let speed = (motion[1].position_m - motion[0].position_m) / period.seconds();
     let measured_m = gridded(measured, |pose| pose.position_m[2], start_ns, period.0, ticks);
@@ -173,6 +198,18 @@ fn docking(session: &Session, model: &Model) -> Result<Case, Error> {
         sensed_n,
         across_n: [without_early(reading(0)), without_early(reading(1))],
         applied_n: Vec::new(),
+        missing: Missing {
+            command: missing::ticks_of(&commanded.time_ns, start_ns, period.0, ticks),
+            pose: missing::ticks_of(&measured.time_ns, start_ns, period.0, ticks),
+            reading: of_readings.get(early..).unwrap_or_default().to_vec(),
+            late: missing::late(
+                &sensed.time_ns,
+                sensed.time_ns[0] + early as i64 * sensor_period.0,
+                sensor_period.0,
+                readings,
+            ),
+        },
+        settled: Settled::default(),
     })
 }
 
@@ -224,6 +261,8 @@ fn drive(session: &Session, model: &Model) -> Result<Case, Error> {
         sensed_n: Channel::default(),
         across_n: [Channel::default(), Channel::default()],
         applied_n: applied_n.value,
+        missing: Missing::default(),
+        settled: Settled::default(),
     })
 }
 

@@ -14,6 +14,7 @@ pub mod diagnose;
 pub mod error;
 pub mod files;
 pub mod identify;
+pub mod missing;
 pub mod model;
 pub mod recorder;
 pub mod recording;

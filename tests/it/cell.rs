@@ -3,6 +3,7 @@
 mod diagnosed;
 mod every_fault;
 mod faults;
+mod gaps;
 mod hostile;
 mod krc2;
 mod relative;

@@ -117,6 +117,7 @@ fn note(file: &str, role: &'static str, kind: Kind) -> SessionNote {
         mass_ratio: 1.0,
         bias_error_n: 0.0,
         pose_delay_s: None,
+        gaps: None,
     };
     SessionNote {
         file: file.into(),

@@ -120,6 +120,7 @@ fn session(file: &str, stream: usize) -> SessionComparison {
             mass_ratio: 1.0,
             bias_error_n: 0.0,
             pose_delay_s: None,
+            gaps: None,
         },
         software_sentence: "our software, recomputed from the recorded force, gives the recorded commands to 2e-14 m"
             .into(),

@@ -98,19 +98,30 @@ pub fn contact_force_n(model: &Model, case: &Case, commanded: &[AxisMotion], rea
 /// after the tick, or the one before it.
 fn after_from_commands(model: &Model, case: &Case) -> Vec<f64> {
     let period_s = case.rates.loop_period.seconds();
-    let moved = case.commanded.windows(2).map(|pair| (pair[1].position_m - pair[0].position_m) / period_s);
-    let mut before = case.first.velocity_m_per_s;
+    let moved: Vec<f64> =
+        case.commanded.windows(2).map(|pair| (pair[1].position_m - pair[0].position_m) / period_s).collect();
     let mut out: Vec<f64> = match model.plant.integrator {
-        PointIntegrator::ExactHold => moved
-            .map(|mean| {
-                before = 2.0 * mean - before;
-                before
-            })
-            .collect(),
-        PointIntegrator::SemiImplicit => moved.collect(),
-        PointIntegrator::Explicit => moved.skip(1).collect(),
+        PointIntegrator::ExactHold => exactly_held(case, &moved),
+        PointIntegrator::SemiImplicit => moved,
+        PointIntegrator::Explicit => moved.into_iter().skip(1).collect(),
     };
-    let last = out.last().copied().unwrap_or(before);
+    let last = out.last().copied().unwrap_or(case.first.velocity_m_per_s);
     out.resize(case.commanded.len(), last);
     out
+}
+
+/// `v₊ = 2 v̄ - v₋`. Beside a gap `v̄` is not known: the velocity stays, and after it the mean of two ticks gives it anew.
+fn exactly_held(case: &Case, moved: &[f64]) -> Vec<f64> {
+    let known = |tick: usize| case.trusts_command(tick) && case.trusts_command(tick + 1);
+    let mut before = case.first.velocity_m_per_s;
+    let one = |(tick, mean): (usize, &f64)| {
+        if known(tick) && (tick == 0 || known(tick - 1)) {
+            before = 2.0 * mean - before;
+        } else if known(tick) {
+            let next = if tick + 1 < moved.len() && known(tick + 1) { moved[tick + 1] } else { *mean };
+            before = 0.5 * (mean + next);
+        }
+        before
+    };
+    moved.iter().enumerate().map(one).collect()
 }

@@ -11,6 +11,7 @@ use crate::case::Case;
 use crate::clamp::Clamp;
 use crate::diagnose::noise::Noise;
 use crate::diagnose::problem::{Problem, Trial};
+use crate::diagnose::settle;
 use crate::error::Error;
 use crate::model::{Model, RigKind};
 use crate::recording::{Kind, Session};
@@ -62,8 +63,9 @@ pub fn compare(request: Request<'_>) -> Result<Comparison, Error> {
     let at_rest = request.sessions.iter().find(|session| session.kind == Kind::Static);
     let at_rest = at_rest.map(|session| Case::of(session, model)).transpose()?;
     let compared = request.sessions.iter().filter(|session| session.kind != Kind::Static);
-    let cases = compared.map(|session| Ok(without_prehistory(Case::of(session, model)?, model)));
-    let cases: Vec<Case> = cases.collect::<Result<_, Error>>()?;
+    let effects = model.chosen(request.catalog);
+    let case = |session| Ok(without_prehistory(settle::settled(Case::of(session, model)?, model, &effects), model));
+    let cases: Vec<Case> = compared.map(case).collect::<Result<_, Error>>()?;
     check_cases(model, &cases)?;
     let all: Vec<Case> = at_rest.iter().chain(&cases).cloned().collect();
     let noise = Noise::learn(&all, model);
@@ -77,7 +79,7 @@ pub fn compare(request: Request<'_>) -> Result<Comparison, Error> {
         RigKind::Docking => Problem::docking(model, cases, inner).clamped(request.clamp),
         RigKind::Drive => Problem::drive(model, &cases, 1, inner),
     };
-    let trial = Trial { base: Base::of(model), effects: model.chosen(request.catalog) };
+    let trial = Trial { base: Base::of(model), effects };
     request.clamp.check(&trial.effects)?;
     let shared = Shared {
         problem: &problem,
@@ -129,8 +131,13 @@ fn assembled(
         sessions.iter().flat_map(|session| request.limits.iter().filter_map(|limit| held(limit, session))).collect();
     let verdict = verdict(request, &sessions, &limits);
     if verdict == CompareVerdict::Undecided && limits.iter().all(|limit| limit.outcome == Outcome::Pass) {
-        let text = "every limit holds, but the software block does not close: nothing passes before that is settled";
-        findings.insert(0, text.into());
+        let open = if sessions.iter().all(|session| session.software.closes()) {
+            "cannot be judged"
+        } else {
+            "does not close"
+        };
+        let text = format!("every limit holds, but the software block {open}: nothing passes before that is settled");
+        findings.insert(0, text);
     }
     Comparison { schema: 1, model: request.model.name.clone(), noise, verdict, sessions, heat, findings, limits }
 }
@@ -201,7 +208,10 @@ fn verdict(request: &Request<'_>, sessions: &[SessionComparison], limits: &[Limi
     let any = |outcome: Outcome| limits.iter().any(|limit| limit.outcome == outcome);
     if any(Outcome::Fail) {
         CompareVerdict::Fail
-    } else if limits.is_empty() || any(Outcome::Undecided) || !sessions.iter().all(|one| one.software.closes()) {
+    } else if limits.is_empty()
+        || any(Outcome::Undecided)
+        || !sessions.iter().all(|one| one.software.closes() && one.software.is_judged())
+    {
         CompareVerdict::Undecided
     } else {
         CompareVerdict::Pass

@@ -93,15 +93,7 @@ fn examined(shared: &Shared<'_>, index: usize) -> Software {
         Some(delay) if shared.problem.model.rig == RigKind::Docking => {
             software::examine(&shared.problem.model, case, &shared.trial.effects, &delay)
         }
-        _ => Software {
-            closure_m: None,
-            rounding_m: 0.0,
-            closure_found_m: None,
-            clock_offset_s: 0.0,
-            mass_ratio: 1.0,
-            bias_error_n: 0.0,
-            pose_delay_s: None,
-        },
+        _ => Software::not_examined(),
     }
 }
 
@@ -128,5 +120,9 @@ fn free(shared: &Shared<'_>, index: usize, clamped: &Clamped) -> Option<(Vec<Qua
 
 fn verdict(software: &Software, blocks: &[Block]) -> Verdict {
     let worst = blocks.iter().map(|block| block.verdict).max().unwrap_or(Verdict::CannotSay);
-    if software.closes() { worst } else { Verdict::Outside }
+    match (software.closes(), software.is_judged()) {
+        (false, _) => Verdict::Outside,
+        (true, false) => worst.max(Verdict::CannotSay),
+        (true, true) => worst,
+    }
 }

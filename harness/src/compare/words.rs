@@ -10,8 +10,16 @@ use crate::recording::Grade;
 /// A drift at rest is one from here on, in its own standard deviations.
 const DRIFT_SIGMAS: f64 = 4.0;
 
-/// The software block in a sentence.
+/// The software block in a sentence, and what the recording lacks in another.
 pub fn software(software: &Software) -> String {
+    match &software.gaps {
+        Some(gaps) if !gaps.is_enough() => gaps.words(),
+        Some(gaps) => format!("{}; {}", on_what_is_there(software), gaps.words()),
+        None => on_what_is_there(software),
+    }
+}
+
+fn on_what_is_there(software: &Software) -> String {
     let Some(closure_m) = software.closure_m else {
         return "no contact with the loop closed: the software block says nothing here".into();
     };
@@ -97,6 +105,8 @@ pub fn session(session: &Session<'_>) -> Vec<(Rank, String)> {
     let mut out = Vec::new();
     if !session.software.closes() {
         out.push((Rank::Software, format!("{file}: {}; settle this first", session.software_sentence)));
+    } else if let Some(gaps) = &session.software.gaps {
+        out.push((if gaps.is_enough() { Rank::File } else { Rank::Software }, format!("{file}: {}", gaps.words())));
     }
     let blocks = session.blocks.iter().filter(|block| block.verdict == Verdict::Outside);
     out.extend(blocks.map(|block| (Rank::Block, outside(file, block))));

@@ -8,6 +8,7 @@ use super::quality::{self, Block, Channel, Phase};
 use super::random::{Decoded, decode};
 use super::score::{self, Errors};
 use super::search::{Found, Rules, Search};
+use super::settle;
 use super::verdict::{self, Evidence};
 use super::{Outcome, Request};
 use crate::blocks::Base;
@@ -49,7 +50,8 @@ fn prepare<'a>(request: &Request<'a>) -> Result<Prepared<'a>, Error> {
     (request.progress)("reading the clocks and examining the software block");
     let sessions: Vec<&Session> = request.learn.iter().chain(request.aux).collect();
     let roles = (0..sessions.len()).map(|i| if i < request.learn.len() { "learn" } else { "aux" }).collect();
-    let cases: Vec<Case> = sessions.iter().map(|session| Case::of(session, request.model)).collect::<Result<_, _>>()?;
+    let given = request.model.chosen(request.catalog);
+    let cases = settle::cases(sessions.iter().copied(), request.model, &given)?;
     // Along any axis: a stream whose axes are exchanged is a finding, not an error.
     let touches = |channel: &crate::case::Channel| {
         let quiet = channel.value.iter().take(20).sum::<f64>() / channel.value.len().clamp(1, 20) as f64;
@@ -66,7 +68,6 @@ fn prepare<'a>(request: &Request<'a>) -> Result<Prepared<'a>, Error> {
             .help("check that the map names the right axis and unit, and that the probe reached the nozzle (z > 0)"));
     }
     let delay = kind_at(request, "command-delay")?;
-    let given = request.model.chosen(request.catalog);
     let (examined, shared) = examine::all(request.model, &sessions, &cases, &given, &delay);
     let noise = Noise::learn(&cases, request.model);
     let sound = |i: &usize| examined[*i].defect.is_none();
@@ -177,8 +178,8 @@ fn conclude(
     }
     let evidence = Evidence { problem, found, given, decoded, after: &after, base: &base_parameters };
     let verdict = verdict::decide(&evidence, &prepared.examined, &prepared.shared);
-    let tests: Vec<Case> =
-        request.test.iter().map(|session| Case::of(session, request.model)).collect::<Result<_, _>>()?;
+    let effects = request.model.chosen(request.catalog);
+    let tests = settle::cases(request.test, request.model, &effects)?;
     let mut known = fit.trial.effects.clone();
     known.extend(decoded.map(|decoded| decoded.chosen.clone()));
     let plain = score::problem(request.model, &tests, prepared.noise, &[]);

@@ -4,6 +4,7 @@
 //! the force stream, then the software block: clock, mass, compensator. A recording that differs from the others in one of
 //! these is odd and takes no part in the fit; what all of them share is an answer.
 
+use super::gaps::Gaps;
 use super::software::{Software, examine};
 use crate::case::{Case, Channel};
 use crate::model::{Chosen, Model};
@@ -54,7 +55,7 @@ pub fn all(
     let found: Vec<Software> = cases.par_iter().map(|case| examine(model, case, effects, delay)).collect();
     let impacts: Vec<usize> = (0..cases.len()).filter(|&i| cases[i].is_impact()).collect();
     // Only what closes the block is an answer; a value that merely balances it better is not.
-    let sure = || impacts.iter().filter(|&&i| found[i].explained());
+    let sure = || impacts.iter().filter(|&&i| found[i].is_judged() && found[i].explained());
     let clock_offset_s = most_common(sure().map(|&i| found[i].clock_offset_s), 0.0);
     let mass_ratio = most_common(sure().map(|&i| found[i].mass_ratio), 1.0);
     let mass_kg = most_common(impacts.iter().map(|&i| cases[i].mass_kg), model.plant.mass_kg) * mass_ratio;
@@ -82,6 +83,7 @@ fn one(session: &Session, case: &Case, software: Software, clock_offset_s: f64, 
         .filter(|finding| finding.severity == Severity::Warning)
         .map(|finding| format!("{}: {}; {}", finding.topic, finding.what, finding.consequence))
         .collect();
+    notes.extend(software.gaps.as_ref().map(Gaps::words));
     if case.is_impact() && !software.closes() {
         if software.explained() && (software.clock_offset_s - clock_offset_s).abs() > 1e-6 {
             let apart_ms = (software.clock_offset_s - clock_offset_s) * 1e3;

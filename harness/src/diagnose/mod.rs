@@ -12,6 +12,7 @@ mod docking;
 mod drive;
 pub mod examine;
 pub mod fit;
+pub mod gaps;
 mod jitter;
 pub mod noise;
 pub mod nuisance;
@@ -22,7 +23,9 @@ pub mod refit;
 mod rules;
 pub mod score;
 pub mod search;
+pub mod settle;
 pub mod software;
+mod stretches;
 mod verdict;
 
 use crate::error::Error;

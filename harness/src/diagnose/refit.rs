@@ -4,8 +4,8 @@ use super::fit::fit;
 use super::noise::Noise;
 use super::problem::{Knob, Problem, Scratch, Trial, effective_sigma_m};
 use super::score;
+use super::settle;
 use crate::blocks::Base;
-use crate::case::Case;
 use crate::error::Error;
 use crate::model::{Chosen, Model, RigKind};
 use crate::recording::Session;
@@ -80,8 +80,8 @@ pub fn refit(model: &Model, catalog: &Catalog<Axis>, ids: &[String], sessions: &
         let what = format!("{id} is random: it is decoded, not fitted");
         return Err(Error::new(what).help("find its parameters with: dockhil diagnose --write-model"));
     }
-    let cases: Vec<Case> = sessions.iter().map(|session| Case::of(session, model)).collect::<Result<_, _>>()?;
     let mut effects = model.chosen(catalog);
+    let cases = settle::cases(sessions, model, &effects)?;
     for chosen in effects.iter_mut().filter(|chosen| !ids.contains(&chosen.kind.id.to_string())) {
         chosen.kind.params.iter_mut().for_each(|param| param.discrete = true);
     }

@@ -7,6 +7,7 @@ use super::nuisance::bounded;
 use super::problem::{Nuisance, Problem, Scratch, Trial};
 use super::quality::Contact;
 use super::random::decode;
+use super::settle;
 use crate::case::Case;
 use crate::model::{Chosen, Model};
 use std::collections::BTreeMap;
@@ -123,9 +124,10 @@ pub fn ladder_of(
     test: &[crate::recording::Session],
     aux: &[crate::recording::Session],
 ) -> Result<Ladder, crate::error::Error> {
-    let cases: Vec<Case> = test.iter().map(|session| Case::of(session, model)).collect::<Result<_, _>>()?;
+    let effects = model.chosen(catalog);
+    let cases = settle::cases(test, model, &effects)?;
     let base = Trial { base: crate::blocks::Base::of(model), effects: Vec::new() };
-    let full = Trial { effects: model.chosen(catalog), ..base.clone() };
+    let full = Trial { effects: effects.clone(), ..base.clone() };
     let sessions = cases.iter().map(|case| case.name.clone()).collect();
     if model.rig == crate::model::RigKind::Drive {
         let steps: Vec<(String, Vec<Errors>)> = trials(&base, &full, 0)
@@ -134,7 +136,7 @@ pub fn ladder_of(
             .collect();
         return Ok(ladder(&steps, Errors { force_n: 0.0, position_m: 0.0 }, sessions));
     }
-    let rest: Vec<Case> = aux.iter().chain(test).map(|session| Case::of(session, model)).collect::<Result<_, _>>()?;
+    let rest = settle::cases(aux.iter().chain(test), model, &effects)?;
     let noise = Noise::learn(&rest, model);
     let steps: Vec<(String, Vec<Errors>)> = trials(&base, &full, 0)
         .into_iter()

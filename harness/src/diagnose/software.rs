@@ -5,7 +5,9 @@
 //! pose that the controller had at hand (its own, without read-out noise). Where that pose follows from the commands (dead time
 //! and read-back), nothing in it is fitted. An extra delay on the way shows itself in the virtual force and is found exactly.
 
-use crate::blocks::{self, Cell};
+use super::gaps::Gaps;
+use super::stretches::{Judged, rounding_m};
+use crate::blocks::{self, Cell, Held};
 use crate::case::Case;
 use crate::model::{Chosen, Model};
 use serde::Serialize;
@@ -24,7 +26,7 @@ pub const CLOSED_M: f64 = 1e-9;
 /// Furthest shift between the two clocks that is searched, in samples of the force sensor.
 const SHIFT_MAX: i64 = 60;
 /// Ticks with a felt force above this take part: below it the dead band may have acted either way.
-const FELT_N: f64 = 1.0;
+pub(super) const FELT_N: f64 = 1.0;
 
 /// What the software block says of one recording.
 #[derive(Debug, Clone, Serialize)]
@@ -45,18 +47,45 @@ pub struct Software {
     pub bias_error_n: f64,
     /// Delay of the controller's own pose, beyond the declared delays, in s, where the virtual force shows it.
     pub pose_delay_s: Option<f64>,
+    /// What the recording lacks, if it lacks anything.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gaps: Option<Gaps>,
 }
 
 impl Software {
-    /// Whether our own software, as the model describes it, made this recording.
+    /// Nothing was examined: there is no software, or no contact that it felt.
+    pub fn not_examined() -> Self {
+        Software {
+            closure_m: None,
+            rounding_m: 0.0,
+            closure_found_m: None,
+            clock_offset_s: 0.0,
+            mass_ratio: 1.0,
+            bias_error_n: 0.0,
+            pose_delay_s: None,
+            gaps: None,
+        }
+    }
+
+    /// Whether our own software, as the model describes it, made this recording; true also where it is not judged.
     pub fn closes(&self) -> bool {
-        self.closure_m.is_none_or(|closure_m| closure_m < CLOSED_M + self.rounding_m)
+        self.closure_m.is_none_or(|closure_m| closes(closure_m, self.rounding_m))
+    }
+
+    /// Whether there is enough of the recording to judge it, or nothing to judge.
+    pub fn is_judged(&self) -> bool {
+        self.gaps.as_ref().is_none_or(Gaps::is_enough)
     }
 
     /// Whether it does with what was found.
     pub fn explained(&self) -> bool {
-        self.closes() || self.closure_found_m.is_some_and(|closure_m| closure_m < CLOSED_M + self.rounding_m)
+        self.closes() || self.closure_found_m.is_some_and(|closure_m| closes(closure_m, self.rounding_m))
     }
+}
+
+/// Whether what is left is rounding.
+pub(super) fn closes(closure_m: f64, rounding_m: f64) -> bool {
+    closure_m < CLOSED_M + rounding_m
 }
 
 /// Largest difference between the recorded commands and those that our software makes of the recorded force.
@@ -108,26 +137,26 @@ pub fn first_difference(model: &Model, one: &Case, other: &Case, effects: &[Chos
 }
 
 /// What the recomputation is given.
-struct Inputs<'a> {
-    effects: &'a [Chosen],
-    mass_ratio: f64,
-    bias_error_n: f64,
-    shift: i64,
+pub(super) struct Inputs<'a> {
+    pub(super) effects: &'a [Chosen],
+    pub(super) mass_ratio: f64,
+    pub(super) bias_error_n: f64,
+    pub(super) shift: i64,
     /// Whether the commands are clamped to the recording, so that errors do not add up.
-    clamped: bool,
+    pub(super) clamped: bool,
 }
 
 impl<'a> Inputs<'a> {
-    fn plain(effects: &'a [Chosen]) -> Self {
+    pub(super) fn plain(effects: &'a [Chosen]) -> Self {
         Inputs { effects, mass_ratio: 1.0, bias_error_n: 0.0, shift: 0, clamped: false }
     }
 }
 
 /// Commands and net forces that our software makes of the recorded force.
-fn recomputed(model: &Model, case: &Case, inputs: &Inputs<'_>) -> (Vec<f64>, Vec<f64>) {
+pub(super) fn recomputed(model: &Model, case: &Case, inputs: &Inputs<'_>) -> (Vec<f64>, Vec<f64>) {
     let cell = Cell { believed_offset_n: inputs.bias_error_n, ..Cell::of(model, case.mass_kg * inputs.mass_ratio) };
     let on_path = inputs.effects.iter().filter(|chosen| blocks::is_on_path(&chosen.kind.wires));
-    let attached: Vec<Attached<_>> = on_path.map(Chosen::attach).collect();
+    let attached: Vec<Attached<_>> = on_path.map(Chosen::attach).chain(Held::attach(&case.settled.held)).collect();
     let sensed: Vec<f64> = (0..case.sensed_n.value.len() as i64)
         .map(|tick| case.sensed_n.value[(tick + inputs.shift).clamp(0, case.sensed_n.value.len() as i64 - 1) as usize])
         .collect();
@@ -150,14 +179,15 @@ fn recomputed(model: &Model, case: &Case, inputs: &Inputs<'_>) -> (Vec<f64>, Vec
 }
 
 /// One tick of the balance.
-struct Balance {
+pub(super) struct Balance {
     /// What the recorded commands say: `-(x₊ - 2x + x₋) 2m / T²`, in N.
-    acted_n: f64,
+    pub(super) acted_n: f64,
     /// What the software would have felt, `F + F₋`, in N.
-    felt_n: f64,
+    pub(super) felt_n: f64,
 }
 
-fn balance(model: &Model, case: &Case, inputs: &Inputs<'_>) -> Vec<Balance> {
+/// Every tick but the first and the last, whether recorded or not; the commands are clamped.
+pub(super) fn balances(model: &Model, case: &Case, inputs: &Inputs<'_>) -> Vec<Balance> {
     let (_, feedback) = recomputed(model, case, &Inputs { clamped: true, ..*inputs });
     let factor = 2.0 * case.mass_kg / (case.rates.loop_period.seconds() * case.rates.loop_period.seconds());
     let x = |tick: usize| case.commanded[tick].position_m;
@@ -167,15 +197,31 @@ fn balance(model: &Model, case: &Case, inputs: &Inputs<'_>) -> Vec<Balance> {
         PointIntegrator::SemiImplicit => 2.0 * now_n,
         PointIntegrator::Explicit => 2.0 * before_n,
     };
-    let whole = |tick: usize| case.commanded_known[tick - 1..=tick + 1].iter().all(|known| *known);
     (1..case.commanded.len() - 1)
-        .filter(|&tick| whole(tick))
         .map(|tick| Balance {
             acted_n: -(x(tick + 1) - 2.0 * x(tick) + x(tick - 1)) * factor,
             felt_n: felt(feedback[tick], feedback[tick - 1]),
         })
-        .filter(|balance| balance.felt_n.abs() > 2.0 * FELT_N)
         .collect()
+}
+
+/// The recording that is examined, and which of its ticks count.
+struct Examined<'a> {
+    model: &'a Model,
+    case: &'a Case,
+    judged: Option<&'a Judged>,
+}
+
+/// The ticks that tell anything.
+fn balance(of: &Examined<'_>, inputs: &Inputs<'_>) -> Vec<Balance> {
+    let case = of.case;
+    let whole = |tick: usize| case.commanded_known[tick - 1..=tick + 1].iter().all(|known| *known);
+    let all = balances(of.model, case, inputs);
+    let all: Vec<Option<Balance>> = match of.judged {
+        Some(judged) => judged.masked(case, all),
+        None => all.into_iter().enumerate().map(|(nth, balance)| whole(nth + 1).then_some(balance)).collect(),
+    };
+    all.into_iter().flatten().filter(|balance| balance.felt_n.abs() > 2.0 * FELT_N).collect()
 }
 
 /// Root mean square of what does not balance, in N, and the mass ratio and bias error that leave least: `acted = felt / r + c`.
@@ -196,20 +242,21 @@ fn left_over(balances: &[Balance]) -> (f64, f64, f64) {
 
 /// Examines one recording. `effects` are those of the model that is examined.
 pub fn examine(model: &Model, case: &Case, effects: &[Chosen], delay: &Chosen) -> Software {
-    let mut software = Software {
-        closure_m: None,
-        // Half a step each way at both ends, and a whole one more with each tick that the first two commands lead on.
-        rounding_m: case.command_quantum_m * (case.commanded.len() as f64 + 1.0),
-        closure_found_m: None,
-        clock_offset_s: 0.0,
-        mass_ratio: 1.0,
-        bias_error_n: 0.0,
-        pose_delay_s: None,
-    };
+    let mut software = Software { rounding_m: rounding_m(case, case.commanded.len()), ..Software::not_examined() };
     if !case.is_impact() {
         return software;
     }
-    software.closure_m = Some(closure_m(model, case, effects, 1.0));
+    let judged = (Judged::is_needed(case) && !model.moves_command()).then(|| Judged::of(model, case, effects));
+    if let Some(judged) = &judged {
+        software.gaps = judged.gaps(case, &balances(model, case, &Inputs::plain(effects)));
+        if !software.is_judged() {
+            return software;
+        }
+        let (closure_m, longest) = judged.closure_m(case);
+        (software.closure_m, software.rounding_m) = (Some(closure_m), rounding_m(case, longest));
+    } else {
+        software.closure_m = Some(closure_m(model, case, effects, 1.0));
+    }
     if software.closes() {
         software.pose_delay_s = model.hears_pose().then_some(0.0);
         return software;
@@ -218,10 +265,11 @@ pub fn examine(model: &Model, case: &Case, effects: &[Chosen], delay: &Chosen) -
         // The commands are not where the satellites were: no balance can be drawn from them.
         return software;
     }
-    let (shift, mut best) = best_shift(model, case, effects);
+    let of = Examined { model, case, judged: judged.as_ref() };
+    let (shift, mut best) = best_shift(&of, effects);
     let mut with = effects.to_vec();
     let unbalanced = model.hears_pose() && best.0 > 1e-6;
-    let delayed = if unbalanced { best_delay(model, case, effects, delay, shift) } else { None };
+    let delayed = if unbalanced { best_delay(&of, effects, delay, shift) } else { None };
     if let Some((delay_s, found)) = delayed.filter(|(_, found)| found.0 < 0.5 * best.0) {
         best = found;
         with = with_delay(effects, delay, delay_s);
@@ -239,6 +287,10 @@ pub fn examine(model: &Model, case: &Case, effects: &[Chosen], delay: &Chosen) -
         shift,
         clamped: false,
     };
+    if judged.is_some() {
+        software.closure_found_m = Some(Judged::with(model, case, &inputs).closure_m(case).0);
+        return software;
+    }
     let (commanded, _) = recomputed(model, case, &inputs);
     let differences = case.commanded.iter().zip(&commanded).map(|(a, b)| (a.position_m - b).abs());
     software.closure_found_m = Some(differences.fold(0.0, f64::max));
@@ -246,8 +298,8 @@ pub fn examine(model: &Model, case: &Case, effects: &[Chosen], delay: &Chosen) -
 }
 
 /// The shift of the force stream that balances best.
-fn best_shift(model: &Model, case: &Case, effects: &[Chosen]) -> (i64, (f64, f64, f64)) {
-    let at = |shift: i64| left_over(&balance(model, case, &Inputs { shift, ..Inputs::plain(effects) }));
+fn best_shift(of: &Examined<'_>, effects: &[Chosen]) -> (i64, (f64, f64, f64)) {
+    let at = |shift: i64| left_over(&balance(of, &Inputs { shift, ..Inputs::plain(effects) }));
     let here = at(0);
     let other = (-SHIFT_MAX..=SHIFT_MAX).map(|shift| (shift, at(shift))).min_by(|a, b| a.1.0.total_cmp(&b.1.0));
     match other {
@@ -264,17 +316,12 @@ fn with_delay(effects: &[Chosen], delay: &Chosen, delay_s: f64) -> Vec<Chosen> {
 }
 
 /// The extra delay of the pose that balances best: a grid of half a loop period, then a golden section.
-fn best_delay(
-    model: &Model,
-    case: &Case,
-    effects: &[Chosen],
-    delay: &Chosen,
-    shift: i64,
-) -> Option<(f64, (f64, f64, f64))> {
+fn best_delay(of: &Examined<'_>, effects: &[Chosen], delay: &Chosen, shift: i64) -> Option<(f64, (f64, f64, f64))> {
+    let (model, case) = (of.model, of.case);
     let least_s = case.rates.loop_period.seconds() - model.timing.command_delay_s;
     let at = |delay_s: f64| {
         let with = with_delay(effects, delay, delay_s);
-        left_over(&balance(model, case, &Inputs { shift, ..Inputs::plain(&with) }))
+        left_over(&balance(of, &Inputs { shift, ..Inputs::plain(&with) }))
     };
     let grid_s = 0.25 * case.rates.loop_period.seconds();
     let start = (-16..=40)

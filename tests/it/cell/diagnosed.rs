@@ -4,7 +4,7 @@ use super::cell;
 use crate::shell::{Ran, Shell};
 
 /// N/m³; the start of a fit is a third of it.
-const HIDDEN: &str = "[[fault]]\nid = \"stiffness-hardening\"\ncubic_n_per_m3 = 9e6\n";
+pub const HIDDEN: &str = "[[fault]]\nid = \"stiffness-hardening\"\ncubic_n_per_m3 = 9e6\n";
 
 fn folder(cell_text: &str) -> Shell {
     let shell = Shell::new();
@@ -70,7 +70,7 @@ fn rounded_commands_are_nobodys_fault() {
 }
 
 /// Impacts of a cell with this fault at four speeds, the last for testing, and what is said of them.
-fn diagnosed(fault: &str) -> Ran {
+pub fn diagnosed(fault: &str) -> Ran {
     let shell = folder(&cell("bench", fault).source.text);
     for (nth, speed) in ["0.025", "0.030", "0.035", "0.040"].iter().enumerate() {
         record(&shell, &format!("r{nth}"), &["--velocity", speed, "--seed", &format!("{nth}")]);

@@ -53,14 +53,24 @@ fn verdict(comparison: &Comparison) -> String {
     match comparison.verdict {
         CompareVerdict::InsideNoise => "inside the noise: software closes, every block is at its noise".to_owned(),
         CompareVerdict::Outside => format!("outside the noise: {}", listed(&outside(comparison), "and")),
+        CompareVerdict::CannotSay if !is_judged(comparison) => {
+            "cannot say: too much is missing in a recording to judge the software".to_owned()
+        }
         CompareVerdict::CannotSay => "cannot say: the noise is not known".to_owned(),
         CompareVerdict::Pass => format!("pass: {all} held, uncertainty included"),
         CompareVerdict::Fail => format!("fail: {} of {all} exceeded, uncertainty included", held(Outcome::Fail)),
+        CompareVerdict::Undecided if held(Outcome::Undecided) == 0 && !is_judged(comparison) => {
+            "undecided: too much is missing in a recording to judge the software".to_owned()
+        }
         CompareVerdict::Undecided if held(Outcome::Undecided) == 0 => {
             "undecided: the software block does not close".to_owned()
         }
         CompareVerdict::Undecided => format!("undecided: {} of {all} within the uncertainty", held(Outcome::Undecided)),
     }
+}
+
+fn is_judged(comparison: &Comparison) -> bool {
+    comparison.sessions.iter().all(|session| session.software.is_judged())
 }
 
 /// What is outside, each named once.

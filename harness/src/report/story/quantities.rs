@@ -164,7 +164,8 @@ pub(super) fn grades(of: impl Iterator<Item = Grade>) -> String {
 /// What the software block says, in words.
 fn software(software: &Software) -> String {
     let Some(closure_m) = software.closure_m else {
-        return "not closed by software".to_owned();
+        let text = if software.is_judged() { "not closed by software" } else { "too much is missing to judge it" };
+        return text.to_owned();
     };
     if software.closes() {
         return format!("closes ({})", short_length(closure_m));
