@@ -6,7 +6,7 @@
 //! and read-back), nothing in it is fitted. An extra delay on the way shows itself in the virtual force and is found exactly.
 
 use super::gaps::Gaps;
-use super::stretches::{Judged, rounding_m};
+use super::stretches::{Judged, edges, rounding_m};
 use crate::blocks::{self, Cell, Held};
 use crate::case::Case;
 use crate::model::{Chosen, Model};
@@ -246,7 +246,10 @@ pub fn examine(model: &Model, case: &Case, effects: &[Chosen], delay: &Chosen) -
     if !case.is_impact() {
         return software;
     }
-    let judged = (Judged::is_needed(case) && !model.moves_command()).then(|| Judged::of(model, case, effects));
+    let plain_m = closure_m(model, case, effects, 1.0);
+    let on_edge = || edges(model, case, &Inputs::plain(effects)).contains(&true);
+    let is_needed = Judged::is_needed(case) || !closes(plain_m, software.rounding_m) && on_edge();
+    let judged = (is_needed && !model.moves_command()).then(|| Judged::of(model, case, effects));
     if let Some(judged) = &judged {
         software.gaps = judged.gaps(case, &balances(model, case, &Inputs::plain(effects)));
         if !software.is_judged() {
@@ -255,7 +258,7 @@ pub fn examine(model: &Model, case: &Case, effects: &[Chosen], delay: &Chosen) -
         let (closure_m, longest) = judged.closure_m(case);
         (software.closure_m, software.rounding_m) = (Some(closure_m), rounding_m(case, longest));
     } else {
-        software.closure_m = Some(closure_m(model, case, effects, 1.0));
+        software.closure_m = Some(plain_m);
     }
     if software.closes() {
         software.pose_delay_s = model.hears_pose().then_some(0.0);
