@@ -200,6 +200,9 @@ impl Endpoint {
         arrivals: &mut Vec<Arrival>,
     ) {
         let bytes = self.buffer.get(..length).unwrap_or_default();
+        if let Lock::Host(host) = self.lock {
+            self.peer = if from.ip() == host { Some(from) } else { self.peer.or(Some(SocketAddr::new(host, 0))) };
+        }
         match self.peer {
             Some(peer) if peer == from => self.is_open = self.is_open && !valid(bytes),
             Some(peer) if (self.lock != Lock::Latest && !self.is_open) || !valid(bytes) => {

@@ -85,6 +85,10 @@ impl Sensor for AnySensor {
         self.inner_mut().bias(set, out, events)
     }
 
+    fn overhear(&mut self, bytes: &[u8], events: &mut Vec<Event>) {
+        self.inner_mut().overhear(bytes, events);
+    }
+
     fn tally(&self) -> &Tally {
         self.inner().tally()
     }

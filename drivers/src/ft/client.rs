@@ -80,6 +80,10 @@ pub trait Wire {
     }
     /// A datagram, or a piece of a stream.
     fn decode(&mut self, bytes: &[u8], found: &mut Vec<Found>);
+    /// What bytes on their way to the device ask it for.
+    fn overhear(&self, _bytes: &[u8]) -> Vec<Event> {
+        Vec::new()
+    }
     /// What a status word amounts to, and each bit in words.
     fn judge(&self, status: u32) -> (Health, String);
     /// Drops what is half read.
@@ -365,6 +369,12 @@ impl<W: Wire> Sensor for Client<W> {
         }
         self.tally.count(&events[before..]);
         Ok(())
+    }
+
+    fn overhear(&mut self, bytes: &[u8], events: &mut Vec<Event>) {
+        let heard = self.wire.overhear(bytes);
+        self.tally.count(&heard);
+        events.extend(heard);
     }
 
     fn tally(&self) -> &Tally {

@@ -96,6 +96,20 @@ impl Malformed {
     }
 }
 
+/// What a device was asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+pub enum Asked {
+    /// To stream.
+    #[error("the sensor is asked to stream")]
+    Start,
+    /// To end its stream.
+    #[error("the sensor is asked to stop")]
+    Stop,
+    /// To clear its latched monitor condition.
+    #[error("the sensor is asked to clear its latched monitor condition")]
+    ResetLatch,
+}
+
 /// What happened on the sensor's side.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum Event {
@@ -219,6 +233,9 @@ pub enum Event {
         /// Value of the device.
         now: String,
     },
+    /// Somebody else has asked the device for something: only who hears both directions can say so.
+    #[error("{0}")]
+    Asked(Asked),
     /// The device answered a command.
     #[error("the device answers: {0}")]
     Answer(String),
@@ -250,7 +267,11 @@ impl Event {
             Event::Session { .. } => "ft-session",
             Event::Resent { .. } => "ft-start-resent",
             Event::NoAnswer { .. } => "ft-no-answer",
-            Event::Bias { .. } => "ft-bias",
+            Event::Bias { set: true } => "ft-bias-set",
+            Event::Bias { set: false } => "ft-bias-cleared",
+            Event::Asked(Asked::Start) => "ft-start",
+            Event::Asked(Asked::Stop) => "ft-stop",
+            Event::Asked(Asked::ResetLatch) => "ft-latch-reset",
             Event::Scale { .. } => "ft-scale",
             Event::Answer(_) => "ft-answer",
             Event::Refused(_) => "ft-refused",

@@ -41,7 +41,7 @@ pub use bench::Bench;
 pub use calibration::{Calibration, PageError};
 pub use checksum::Checksum;
 pub use client::{Client, Counters, Found, Reading, Wire};
-pub use event::{Event, Health, Malformed, Sample, Tally};
+pub use event::{Asked, Event, Health, Malformed, Sample, Tally};
 pub use layout::{
     Checked, CrcField, Endian, Field, Framing, Kind, PerAxis, RecordLayout, StatusField, Sync, TimeField, Vector,
 };
@@ -72,6 +72,9 @@ pub trait Sensor {
     /// # Errors
     /// Where the protocol cannot.
     fn bias(&mut self, set: bool, out: &mut Vec<Vec<u8>>, events: &mut Vec<Event>) -> Result<(), Unable>;
+
+    /// Bytes on their way to the device, sent by somebody else: what they ask it for.
+    fn overhear(&mut self, bytes: &[u8], events: &mut Vec<Event>);
 
     /// How often each class of event came.
     fn tally(&self) -> &Tally;

@@ -15,10 +15,12 @@
 //!
 //! Not covered: WRITETRANSFORM (2) and WRITECONDITION (3), which change the sensor.
 
-use super::event::Malformed;
+use super::event::{Asked, Event, Malformed};
 use super::rdt::HEADER;
 use crate::units::{ForceUnit, SensorScale, TorqueUnit};
 
+/// Port of the sensor.
+pub const PORT: u16 = 49151;
 /// Bytes of a request.
 pub const REQUEST: usize = 20;
 /// Bytes of the reply to READFT.
@@ -73,6 +75,18 @@ impl Request {
             _ => None,
         }
     }
+}
+
+/// What bytes on their way to the sensor ask it for, beside a reading.
+pub fn overhear(bytes: &[u8]) -> Vec<Event> {
+    let requests = bytes.chunks_exact(REQUEST).filter_map(Request::decode);
+    let mut heard = Vec::new();
+    for request in requests {
+        let Request::Reading { bias, clear_latch, .. } = request else { continue };
+        heard.extend(bias.then_some(Event::Bias { set: true }));
+        heard.extend(clear_latch.then_some(Event::Asked(Asked::ResetLatch)));
+    }
+    heard
 }
 
 /// Reply to READCALINFO.

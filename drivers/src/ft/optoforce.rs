@@ -21,7 +21,7 @@
 
 use super::bench::{self, Bench, Ticks};
 use super::client::{Counters, Found, Reading, Wire};
-use super::event::{Health, Malformed};
+use super::event::{Asked, Event, Health, Malformed};
 use super::rdt::{RECORD, Record, parse_request, request};
 use super::{Device, Disturbance, Unable};
 use crate::units::SensorScale;
@@ -110,6 +110,16 @@ impl Wire for OptoForce {
             clock: Some(self.clock(record.ft_sequence)),
             clipped: record.clipped(),
         }));
+    }
+
+    fn overhear(&self, bytes: &[u8]) -> Vec<Event> {
+        let event = match parse_request(bytes) {
+            Some((START, _)) => Event::Asked(Asked::Start),
+            Some((STOP, _) | (PERIOD, 0)) => Event::Asked(Asked::Stop),
+            Some((BIAS, number)) => Event::Bias { set: number == BIAS_SET },
+            _ => return Vec::new(),
+        };
+        vec![event]
     }
 
     fn judge(&self, status: u32) -> (Health, String) {

@@ -20,7 +20,7 @@
 
 use super::bench::{self, Bench, Ticks};
 use super::client::{Counters, Found, Reading, Wire};
-use super::event::{Health, Malformed};
+use super::event::{Asked, Event, Health, Malformed};
 use super::status::Model;
 use super::{Device, Disturbance, Unable};
 use crate::units::SensorScale;
@@ -184,6 +184,18 @@ impl Wire for Rdt {
                 clipped: record.clipped(),
             }));
         }
+    }
+
+    fn overhear(&self, bytes: &[u8]) -> Vec<Event> {
+        let code = parse_request(bytes).map(|(code, _)| code);
+        let command = Command::ALL.into_iter().find(|command| Some(command.code()) == code);
+        let event = command.map(|command| match command {
+            Command::Stop => Event::Asked(Asked::Stop),
+            Command::Start | Command::StartBuffered | Command::StartMultiUnit => Event::Asked(Asked::Start),
+            Command::ResetLatch => Event::Asked(Asked::ResetLatch),
+            Command::Bias => Event::Bias { set: true },
+        });
+        event.into_iter().collect()
     }
 
     fn judge(&self, status: u32) -> (Health, String) {

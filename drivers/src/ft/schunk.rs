@@ -19,7 +19,7 @@
 
 use super::bench::Bench;
 use super::client::{Counters, Found, Reading, Wire};
-use super::event::{Event, Health, Malformed};
+use super::event::{Asked, Event, Health, Malformed};
 use super::status::words;
 use super::{Device, Disturbance, Unable};
 use core::net::SocketAddr;
@@ -27,8 +27,6 @@ use sim_core::time::Nanos;
 
 /// Port of the host to which samples come.
 pub const SAMPLES_PORT: u16 = 54843;
-/// Port of the sensor that takes commands.
-pub const COMMAND_PORT: u16 = 82;
 /// Bytes of a sample.
 pub const SAMPLE: usize = 35;
 
@@ -37,6 +35,7 @@ const STOP: u8 = 0x41;
 const TARE: u8 = 0x12;
 const UNTARE: u8 = 0x13;
 const SAMPLE_BODY: usize = 29;
+const ANSWER_BODY: usize = 2;
 const READY: u32 = 1;
 const OVERRANGE: u32 = 1 << 4;
 const USER_OVERRANGE: u32 = 1 << 5;
@@ -78,6 +77,11 @@ fn split(bytes: &[u8]) -> Result<(u16, &[u8], &[u8]), Malformed> {
     Ok((u16::from_le_bytes([c1, c2]), body, rest))
 }
 
+/// Whether bytes of the sensor answer a command; all others are samples, or what a fault has made of them.
+pub fn is_answer(bytes: &[u8]) -> bool {
+    split(bytes).is_ok_and(|(_, body, _)| body.len() == ANSWER_BODY)
+}
+
 impl Wire for Schunk {
     fn counters(&self) -> Counters {
         Counters { sequence_bits: Some(16), clock: Some((16, 1000.0)) }
@@ -111,6 +115,21 @@ impl Wire for Schunk {
                 return;
             }
         }
+    }
+
+    fn overhear(&self, bytes: &[u8]) -> Vec<Event> {
+        let (mut left, mut heard) = (bytes, Vec::new());
+        while let Ok((_, body, rest)) = split(left) {
+            left = rest;
+            heard.extend(match body.first() {
+                Some(&START) => Some(Event::Asked(Asked::Start)),
+                Some(&STOP) => Some(Event::Asked(Asked::Stop)),
+                Some(&TARE) => Some(Event::Bias { set: true }),
+                Some(&UNTARE) => Some(Event::Bias { set: false }),
+                _ => None,
+            });
+        }
+        heard
     }
 
     fn judge(&self, status: u32) -> (Health, String) {

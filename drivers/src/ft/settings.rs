@@ -7,6 +7,7 @@
 //! | `filter` | optoforce |
 //! | `configure` | bota |
 //! | `record` | record: required |
+//! | `samples_port` | schunk: 54843 unless given |
 //! | `rate_hz`, `stale_ms`, `address` | all |
 //!
 //! A key that the protocol has no use for is an error, since it would change nothing.
@@ -19,7 +20,7 @@ use super::optoforce::{self, OptoForce, OptoForceDevice};
 use super::rdt::{self, Rdt, RdtDevice};
 use super::record::{RecordDevice, RecordWire};
 use super::robotiq::{self, Robotiq};
-use super::schunk::Schunk;
+use super::schunk::{self, Schunk};
 use super::status::Model;
 use crate::units::SensorScale;
 use serde::Deserialize;
@@ -52,6 +53,11 @@ pub enum Transport {
     Udp,
     /// A stream of bytes: TCP, or a serial line behind a box that makes TCP of it.
     Stream,
+    /// Commands and their answers on a stream, samples as datagrams to a port of the host.
+    Split {
+        /// The host's port for samples; 0 is any free one.
+        samples_port: u16,
+    },
 }
 
 impl Protocol {
@@ -113,6 +119,8 @@ pub struct Settings {
     pub configure: Option<Vec<String>>,
     /// Layout of the records.
     pub record: Option<RecordLayout>,
+    /// Port of the host to which samples come, where commands travel elsewhere.
+    pub samples_port: Option<u16>,
     /// Silence after which the last sample is stale; 100 ms, for robotiq 160 ms.
     pub stale_ms: Option<u32>,
 }
@@ -197,7 +205,8 @@ impl Settings {
     /// How its samples travel.
     pub fn transport(&self) -> Transport {
         match self.protocol {
-            Protocol::Rdt | Protocol::OptoForce | Protocol::Schunk => Transport::Udp,
+            Protocol::Rdt | Protocol::OptoForce => Transport::Udp,
+            Protocol::Schunk => Transport::Split { samples_port: self.samples_port.unwrap_or(schunk::SAMPLES_PORT) },
             Protocol::Bota | Protocol::Robotiq => Transport::Stream,
             Protocol::Record => match self.record.as_ref().map(|layout| layout.framing) {
                 Some(Framing::Stream) => Transport::Stream,
@@ -279,8 +288,8 @@ impl Settings {
 
     /// No key without a use: it would change nothing, and whoever wrote it believes otherwise.
     fn nothing_useless(&self) -> Result<(), SettingsError> {
-        use Protocol::{Bota, OptoForce, Rdt, Record};
-        let keys: [(&'static str, bool, &[Protocol]); 9] = [
+        use Protocol::{Bota, OptoForce, Rdt, Record, Schunk};
+        let keys: [(&'static str, bool, &[Protocol]); 10] = [
             ("counts_per_n", self.counts_per_n.is_some(), &[Rdt, OptoForce]),
             ("counts_per_n_m", self.counts_per_n_m.is_some(), &[Rdt, OptoForce]),
             ("model", self.model.is_some(), &[Rdt]),
@@ -290,6 +299,7 @@ impl Settings {
             ("filter", self.filter.is_some(), &[OptoForce]),
             ("configure", self.configure.is_some(), &[Bota]),
             ("record", self.record.is_some(), &[Record]),
+            ("samples_port", self.samples_port.is_some(), &[Schunk]),
         ];
         match keys.into_iter().find(|(_, given, protocols)| *given && !protocols.contains(&self.protocol)) {
             None => Ok(()),

@@ -2,7 +2,7 @@
 
 use sim_core::time::Nanos;
 use std::io::ErrorKind;
-use std::net::SocketAddr;
+use std::net::{IpAddr, SocketAddr};
 
 /// Whose datagrams count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -13,6 +13,8 @@ pub enum Lock {
     Latest,
     /// This one and no other. Who asks a sensor knows where it is.
     Only(SocketAddr),
+    /// Whoever sends from this machine, from any port: a sensor that is asked elsewhere than it sends from.
+    Host(IpAddr),
 }
 
 /// What came in.

@@ -379,3 +379,21 @@ fn a_thousand_round_trips_are_timed() {
     println!("{TRIPS} round trips of 400 bytes in one thread: {:.1} ms", clock().seconds() * 1e3);
     assert_eq!((host.counts().received, robot_side.counts().received), (u64::from(TRIPS), u64::from(TRIPS)));
 }
+
+/// A sensor that is asked elsewhere sends from a port that nobody was told, and after a restart from another one.
+#[test]
+fn a_machine_is_heard_from_any_of_its_ports() {
+    let ours = Endpoint::bind(any(), Lock::Host("127.0.0.1".parse().expect("an address"))).expect("a free port");
+    let (mut ours, one, two) = (ours, UdpSocket::bind(ANY).expect("free"), UdpSocket::bind(ANY).expect("free"));
+    for socket in [&one, &two, &one] {
+        socket.send_to(b"x", ours.local()).expect("sent");
+    }
+    let arrivals = gather(&mut ours, &mut |_| true, 3);
+    assert!(arrivals.iter().all(|arrival| matches!(arrival, Arrival::Bytes { .. })), "{arrivals:?}");
+    let other = "127.0.0.2".parse().expect("an address");
+    let mut others = Endpoint::bind(any(), Lock::Host(other)).expect("a free port");
+    one.send_to(b"x", others.local()).expect("sent");
+    let arrivals = gather(&mut others, &mut |_| true, 1);
+    assert!(matches!(arrivals[..], [Arrival::Stranger { peer, .. }] if peer.ip() == other), "{arrivals:?}");
+    assert_eq!((others.counts().strangers, others.peer().map(|peer| peer.port())), (1, Some(0)));
+}

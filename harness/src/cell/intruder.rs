@@ -3,6 +3,7 @@
 
 use super::link::{Calling, bind_again, failed, towards};
 use super::net_faults::NetFaults;
+use super::sensor_link::SensorPort;
 use super::virtual_cell::{Line, Moment, Packet};
 use super::wires::Robot;
 use crate::error::Error;
@@ -52,7 +53,7 @@ pub(super) struct Intruder {
 pub(super) struct Sockets<'s> {
     pub clock: Clock<'s>,
     pub robots: &'s mut [Robot],
-    pub sensor: &'s mut Endpoint,
+    pub sensor: &'s mut SensorPort,
 }
 
 impl Intruder {
@@ -73,7 +74,8 @@ impl Intruder {
         let number = self.requests;
         self.requests += 1;
         if self.faults.request(Stream::FtRequest, number).is_some() {
-            sockets.sensor.refuse().map_err(failed)?;
+            let Some(sensor) = sockets.sensor.datagrams() else { return Ok(true) };
+            sensor.refuse().map_err(failed)?;
             self.closed_until = Some((sockets.clock)() + CLOSED);
             self.unheard = true;
             return Ok(false);
@@ -90,7 +92,8 @@ impl Intruder {
     pub fn tick(&mut self, sockets: &mut Sockets<'_>) -> Result<(), Error> {
         if self.closed_until.is_some_and(|until| (sockets.clock)() >= until) {
             self.closed_until = None;
-            bind_again(sockets.sensor, Lock::Latest).map_err(failed)?;
+            let sensor = sockets.sensor.datagrams();
+            sensor.map_or(Ok(()), |sensor| bind_again(sensor, Lock::Latest)).map_err(failed)?;
         }
         Ok(())
     }
@@ -151,7 +154,8 @@ impl Intruder {
             }
         }
         for due in self.faults.due(Needs::ForeignSocket, Stream::Ft, 0, moment) {
-            let (Some(record), Some(reader)) = (sent(Line::Sensor), sockets.sensor.peer()) else { continue };
+            let reader = sockets.sensor.datagrams().and_then(|sensor| sensor.peer());
+            let (Some(record), Some(reader)) = (sent(Line::Sensor), reader) else { continue };
             self.strange(due, (Stream::Ft, 0), (reader, Transport::Udp), &record, sockets.clock)?;
         }
         Ok(())

@@ -43,6 +43,7 @@ mod parts;
 mod pc;
 pub mod process;
 pub mod run;
+pub(crate) mod sensor_link;
 pub mod serve;
 pub mod session;
 pub mod timing;

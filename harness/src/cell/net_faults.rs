@@ -43,6 +43,16 @@ struct One {
     place: usize,
 }
 
+impl One {
+    fn refused(&self, cell: &Cell, why: &str, help: &str) -> Error {
+        let text = &cell.source.text;
+        Error::new(format!("{} on {} {why}", self.fault.id(), self.fault.on.id()))
+            .file(&cell.source.file)
+            .span(text, place::in_list(text, "fault", self.place, None))
+            .help(help.to_owned())
+    }
+}
+
 impl NetFaults {
     /// Of the wire faults of a cell, each with its place in the file, those that need more than its links.
     pub(super) fn of(cell: &Cell, faults: &[WireFault], places: &[usize], streams: &Streams) -> Self {
@@ -70,14 +80,20 @@ impl NetFaults {
     /// # Errors
     /// Names the first fault.
     pub(super) fn refused_in_process(&self, cell: &Cell) -> Result<(), Error> {
-        let Some(one) = self.faults.first() else { return Ok(()) };
-        let text = &cell.source.text;
-        let what =
-            format!("{} on {} needs sockets, and the reference inside has none", one.fault.id(), one.fault.on.id());
-        Err(Error::new(what)
-            .file(&cell.source.file)
-            .span(text, place::in_list(text, "fault", one.place, None))
-            .help("start a program: --controller 'dockhil-controller --cell {cell} --rsi {rsi} --ft {ft}'"))
+        let help = "start a program: --controller 'dockhil-controller --cell {cell} --rsi {rsi} --ft {ft}'";
+        let why = "needs sockets, and the reference inside has none";
+        self.faults.first().map_or(Ok(()), |one| Err(one.refused(cell, why, help)))
+    }
+
+    /// An error for a sensor that is reached over a connection, if there is a fault that another socket does at its port.
+    ///
+    /// # Errors
+    /// Names the first fault.
+    pub(super) fn refused_on_stream(&self, cell: &Cell) -> Result<(), Error> {
+        let is_there = |one: &&One| matches!(one.fault.on, Stream::Ft | Stream::FtRequest);
+        let help = "take the fault out, or choose a sensor whose requests are datagrams";
+        let why = "needs a sensor that is asked by datagrams, and this one is asked over TCP";
+        self.faults.iter().find(is_there).map_or(Ok(()), |one| Err(one.refused(cell, why, help)))
     }
 
     /// Probe and nozzle have touched, or not yet.

@@ -3,12 +3,13 @@
 use super::clock::WallClock;
 use super::config::Cell;
 use super::controller::Controller;
-use super::link::{Listening, failed, told, towards};
+use super::link::{Listening, told};
 use super::on_wire::OnWire;
+use super::sensor_link::SensorLink;
 use super::virtual_cell::Line;
 use super::wires::Addresses;
 use crate::error::Error;
-use drivers::net::{Arrival, Clock, Endpoint, Lock, wait};
+use drivers::net::{Arrival, Clock, wait};
 use drivers::rsi::{Frames, Malformed, Transport, split};
 use sim_core::time::Nanos;
 use std::collections::BTreeMap;
@@ -72,21 +73,21 @@ impl Robot {
 /// The sockets of a controller.
 pub struct Served {
     robots: Vec<Robot>,
-    sensor: Endpoint,
+    sensor: SensorLink,
     clock: WallClock,
     /// What was seen after the last frame, by class: mostly that the cell has gone.
     pub after: BTreeMap<String, u64>,
 }
 
 impl Served {
-    /// Binds the port of each robot.
+    /// Binds the port of each robot and opens the way to the sensor.
     ///
     /// # Errors
     /// When a port is in use, or an Ethernet configuration is wrong.
     pub fn bind(cell: &Cell, addresses: &Addresses) -> Result<Self, Error> {
         let robots = addresses.robots.iter().enumerate().map(|(nth, address)| Robot::of(cell, nth, *address));
         let robots = robots.collect::<Result<_, _>>()?;
-        let sensor = Endpoint::bind(towards(addresses.sensor), Lock::Only(addresses.sensor)).map_err(failed)?;
+        let sensor = SensorLink::open(addresses.sensor, cell.sensor()?.transport())?;
         Ok(Served { robots, sensor, clock: WallClock::new(), after: BTreeMap::new() })
     }
 
@@ -110,10 +111,10 @@ impl Served {
         on_wire.start(&mut requests);
         loop {
             for request in requests.drain(..) {
-                self.sensor.send(&now, &request, &mut arrivals).map_err(failed)?;
+                self.sensor.send(&now, &request, &mut arrivals)?;
             }
             let robots = self.robots.iter().map(|robot| robot.link.socket());
-            let sockets: Vec<&dyn AsFd> = robots.chain([&self.sensor as &dyn AsFd]).collect();
+            let sockets: Vec<&dyn AsFd> = robots.chain(self.sensor.sockets()).collect();
             wait(&sockets, LOOK).map_err(|error| Error::new(format!("cannot wait for the sockets: {error}")))?;
             let heard = self.hear(&on_wire.lines(), &mut on_wire.events)?;
             let came = !heard.is_empty();
@@ -166,7 +167,7 @@ impl Served {
         for line in lines.iter().copied() {
             match line {
                 Line::Robot(nth) => self.robots[nth].receive(&now, &mut arrivals)?,
-                Line::Sensor => self.sensor.receive(&now, &mut |_| true, &mut arrivals).map_err(failed)?,
+                Line::Sensor => self.sensor.receive(&now, &mut arrivals)?,
             }
             count(&arrivals, events);
             let (mut of_line, mut documents) = (Vec::new(), None);

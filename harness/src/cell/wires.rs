@@ -14,23 +14,25 @@
 //! In virtual time a controller is quick: of several frames for one robot, each is answered before the next is sent. An answer that
 //! comes a second time goes nowhere then, since when it comes is chance; in real time it goes to the robot, as on a network.
 //!
-//! Over TCP the cell connects when the controller has asked the sensor for its stream, and tries again until somebody listens.
+//! Sensors are reached as their protocol has it ([`super::sensor_link`]). Over TCP the cell connects when the controller has asked
+//! the sensor for its stream, and tries again until somebody listens.
 
 use super::clock::WallClock;
 use super::config::Cell;
 use super::intruder::{Intruder, Sockets};
-use super::link::{Calling, failed};
+use super::link::Calling;
 use super::net_faults::NetFaults;
 use super::page_server::PageServer;
 use super::process::Started;
 use super::run::{Answers, FaultAccount, Peer};
+use super::sensor_link::SensorPort;
 use super::timing::Timing;
 use super::virtual_cell::{Line, Moment, Packet};
 use super::waiting::{Heard, Waiting};
 use crate::error::Error;
 use drivers::fault::Stream;
 use drivers::ft::{AnyDevice, Device as _};
-use drivers::net::{Arrival, Clock, Endpoint, Lock, NetError, wait};
+use drivers::net::{Arrival, Clock, wait};
 use drivers::rsi::{Frames, Transport, split};
 use sim_core::time::Nanos;
 use std::collections::BTreeMap;
@@ -124,7 +126,9 @@ impl Robot {
 /// See the module.
 pub struct Wires {
     robots: Vec<Robot>,
-    sensor: Endpoint,
+    sensor: SensorPort,
+    /// Somebody has connected to a sensor that streams unasked.
+    is_read: bool,
     page: Option<PageServer>,
     intruder: Intruder,
     clock: WallClock,
@@ -157,10 +161,11 @@ impl Wires {
     pub fn bind(cell: &Cell, addresses: &Addresses, pace: Pace, ready: Duration) -> Result<Self, Error> {
         let robots = addresses.robots.iter().enumerate().map(|(nth, address)| Robot::of(cell, nth, *address));
         let robots = robots.collect::<Result<_, _>>()?;
-        let sensor = Endpoint::bind(addresses.sensor, Lock::Latest).map_err(failed)?;
+        let sensor = SensorPort::bind(addresses.sensor, cell.sensor()?.transport())?;
         Ok(Wires {
             robots,
             sensor,
+            is_read: false,
             page: addresses.page.map(PageServer::bind).transpose()?,
             intruder: Intruder::default(),
             clock: WallClock::new(),
@@ -215,7 +220,7 @@ impl Wires {
         let before = self.clock.now();
         let robots = self.robots.iter().filter_map(|robot| robot.link.socket());
         let page = self.page.iter().map(|page| page.listener() as &dyn AsFd);
-        let sockets: Vec<&dyn AsFd> = robots.chain([&self.sensor as &dyn AsFd]).chain(page).collect();
+        let sockets: Vec<&dyn AsFd> = robots.chain([self.sensor.socket()]).chain(page).collect();
         wait(&sockets, limit.min(LOOK)).map_err(|error| Error::new(format!("cannot wait for the sockets: {error}")))?;
         self.waited_ns += (self.clock.now() - before).0;
         let clock = self.clock;
@@ -246,7 +251,8 @@ impl Wires {
             }
         }
         let mut is_request = |bytes: &[u8]| self.device.as_ref().is_some_and(|device| device.is_request(bytes));
-        self.sensor.receive(&now, &mut is_request, &mut self.arrivals).map_err(failed)?;
+        let is_connected = self.sensor.receive(&now, &mut is_request, &mut self.arrivals)?;
+        self.is_read |= is_connected && self.device.as_ref().is_some_and(|device| device.streams());
         for arrival in std::mem::take(&mut self.arrivals) {
             let (bytes, from) = match arrival {
                 Arrival::Bytes { bytes, from, .. } => (bytes, from),
@@ -308,12 +314,7 @@ impl Wires {
             let bytes = robot.framed(&packet.bytes);
             return robot.link.send(&now, &bytes, &mut self.arrivals);
         }
-        // A sensor does not know that its reader has left.
-        match self.sensor.send(&now, &packet.bytes, &mut Vec::new()) {
-            // A sensor that nobody has asked sends to nobody.
-            Ok(()) | Err(NetError::NoPeer { .. }) => Ok(()),
-            Err(error) => Err(failed(error)),
-        }
+        self.sensor.send(&now, &packet.bytes)
     }
 
     /// Connects the robots that speak TCP, and waits until somebody listens for them.
@@ -381,6 +382,9 @@ impl Peer for Wires {
         if let Some(page) = &mut self.page {
             page.show(cell.sensor()?.page().map_err(|error| cell.sensor_error(&error))?);
         }
+        if self.sensor.datagrams().is_none() {
+            faults.refused_on_stream(cell)?;
+        }
         self.device = Some(cell.sensor()?.device().map_err(|error| cell.sensor_error(&error))?);
         self.intruder = Intruder::default();
         self.intruder.faults = faults;
@@ -395,7 +399,7 @@ impl Peer for Wires {
 
     fn begin(&mut self, greetings: &[Packet], answers: &mut Answers) -> Result<(), Error> {
         let limit = nanos(self.ready);
-        while answers.requests.is_empty() {
+        while answers.requests.is_empty() && !self.is_read {
             if answers.interrupted {
                 return Ok(());
             }

@@ -76,7 +76,7 @@ impl Pcap {
         let named = |error: Error| error.file(&self.capture);
         recorded::warn(&remarks(&cell)?, console);
         let (lines, summary, tapped) = clocks(&mut recorded::open(&self.capture)?, &cell, &devices).map_err(named)?;
-        if tapped.matched == 0 {
+        if tapped.matched.from_robots + tapped.matched.from_sensor == 0 {
             return Err(named(nothing(Some(&tapped))));
         }
         if let Some(error) = too_fast(&summary) {

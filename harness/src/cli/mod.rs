@@ -96,6 +96,7 @@ pub fn run(
     catalog: &Catalog<Axis>,
     console: &mut Console<'_>,
 ) -> u8 {
+    interrupt::outlive_file_limit();
     let args: Vec<OsString> = args.into_iter().map(Into::into).collect();
     console.command = typed(&args);
     let exit = match parse(args, console) {
@@ -116,6 +117,7 @@ pub fn run(
 
 /// Runs one command line inside another one: its errors are the caller's.
 fn run_command(args: Vec<String>, catalog: &Catalog<Axis>, console: &mut Console<'_>) -> Result<Exit, Error> {
+    interrupt::outlive_file_limit();
     let args: Vec<OsString> = args.into_iter().map(Into::into).collect();
     console.command = typed(&args);
     match parse(args, console) {

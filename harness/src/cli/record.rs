@@ -7,6 +7,7 @@ use super::outcome::Exit;
 use super::recorded::{self, Outcome};
 use super::shortfall::too_fast;
 use crate::cell::Cell;
+use crate::cell::page_reader::check_page;
 use crate::error::Error;
 use crate::recorder::{Devices, Peer, Proxy, Recorder, Spread, Tapped, remarks, sensor_transport, session_record, tap};
 use crate::recording::Kind;
@@ -37,9 +38,10 @@ To be sure before a robot is involved:
   5. Keep POSCORR and POSCORRMON (AXISCORR and AXISCORRMON) at their few millimetres (degrees), run in T1, a hand at the
      enabling switch. The limits that the ROS drivers deliver are 90 degrees and more.
   6. When the recording ends, so do the replies; the controller then stops RSI (RSITimeout). That is a stop, not a motion.
-The sensor is asked to stream and to stop, nothing else. Its bias is never set.
+The sensor is asked to stream and to stop, nothing else; with --bias its zero is set before. What others ask it for is recorded.
+Where the cell names the sensor's page, peer and proxy read it first, and refuse a cell that says something else.
 
-Ctrl-C and SIGTERM end a recording well; a second one kills the program. A recording that is killed keeps all but its last 0.1 s;
+Ctrl-C, SIGTERM and SIGHUP end a recording well; a second one kills the program. A recording that is killed keeps all but its last 0.1 s;
 `compare` and `diagnose` read it with grade B.";
 
 /// How the program takes part.
@@ -81,6 +83,9 @@ pub struct Arguments {
     /// proxy: where the PC finds the sensor from now on; without it the sensor is not recorded.
     #[arg(long, value_name = "IP:PORT")]
     sensor_side: Option<SocketAddr>,
+    /// peer: set the sensor's zero at its present load (its software bias) before the recording begins; it is recorded.
+    #[arg(long)]
+    bias: bool,
     /// tap: a pcap or pcapng; `-` is standard input.
     #[arg(long, value_name = "FILE", required_if_eq("part", "tap"))]
     pcap: Option<PathBuf>,
@@ -140,10 +145,20 @@ impl Arguments {
             inputs::result(json, read.clone())?;
             inputs::not_the_same(json, &self.output)?;
         }
+        if self.bias {
+            // Whether it can be done at all; what goes to the sensor is made when the recording begins.
+            devices.clone().sensor_bias(Nanos(0))?;
+        }
         recorded::warn(&remarks(&cell)?, console);
+        let mut seen = BTreeMap::new();
+        let asks = self.part == As::Peer || (self.part == As::Proxy && self.sensor_side.is_some());
+        if let Some(page) = cell.config.sensor.page.filter(|_| asks) {
+            check_page(&cell, page, &mut seen)?;
+        }
         let mut part = self.open(&cell, &devices, console)?;
         let interrupt = Interrupt::watch()?;
         let mut recorder = self.begin(&cell, &record)?;
+        seen.iter().for_each(|(class, count)| recorder.count("ft", class, *count));
         let ended = self.take_part(&mut part, &cell, &mut devices, &mut recorder, &interrupt);
         let outcome = self.finished(ended, recorder, &part, &devices)?;
         recorded::tell(&outcome, &cell, self.json.as_deref(), console)
@@ -156,6 +171,9 @@ impl Arguments {
                 "--robot-side and --sensor-side are for --as proxy"
             }
             () if self.part != As::Tap && self.pcap.is_some() => "--pcap is for --as tap",
+            () if self.part != As::Peer && self.bias => {
+                "--bias is for --as peer: a proxy and a tap ask the sensor nothing"
+            }
             () => return Ok(()),
         };
         Err(Error::new(what).help("dockhil record --help tells the three ways of taking part"))
@@ -165,7 +183,10 @@ impl Arguments {
     fn open(&self, cell: &Cell, devices: &Devices, console: &mut Console<'_>) -> Result<Part, Error> {
         match self.part {
             As::Peer => {
-                let peer = Peer::open(cell, devices, sensor_transport(cell)?)?;
+                let mut peer = Peer::open(cell, devices, sensor_transport(cell)?)?;
+                if self.bias {
+                    peer.set_bias_first();
+                }
                 console
                     .say(&format!("waiting for robots at {}; Ctrl-C ends the recording\n", listed(&peer.addresses())));
                 Ok(Part::Peer(peer))

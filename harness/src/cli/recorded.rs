@@ -72,6 +72,11 @@ pub(super) fn tell(
     if json != Some(Path::new("-")) {
         console.print(&text(outcome));
     }
+    if outcome.summary.biases > 0 {
+        let what = "warning: the sensor's zero was moved while it was recorded";
+        let count = outcome.summary.biases;
+        console.say(&format!("{what}, {count} × (ft-bias-…): forces before and after differ by a constant\n"));
+    }
     let shortfalls = shortfalls(outcome, cell);
     shortfalls.iter().for_each(|(_, error)| console.error(error));
     Ok(shortfalls.iter().map(|(exit, _)| *exit).find(|exit| *exit != Exit::Pass).unwrap_or(Exit::Pass))
@@ -146,12 +151,12 @@ fn answer(outcome: &Outcome) -> serde_json::Value {
     let capture = outcome.tapped.as_ref().map(|tapped| {
         let skipped: BTreeMap<_, _> = tapped.tally.skipped.iter().map(|(why, count)| (why.id(), count)).collect();
         let damage = tapped.damage.as_ref().map(ToString::to_string);
-        json!({ "frames": tapped.tally.frames, "matched": tapped.matched, "skipped": skipped, "ends_early": damage })
+        json!({ "frames": tapped.tally.frames, "matched": tapped.matched.total(), "skipped": skipped, "ends_early": damage })
     });
     let latency = outcome.latencies.iter().map(|(name, spread)| json!({ "way": name, "spread": spread }));
     json!({
         "file": outcome.file.as_ref().map(|file| file.display().to_string()), "duration_s": summary.duration_s,
-        "robots": robots, "ft_samples": summary.samples, "commanded": summary.poses[0], "measured": summary.poses[1],
+        "robots": robots, "ft_samples": summary.samples, "biases": summary.biases, "commanded": summary.poses[0], "measured": summary.poses[1],
         "clocks": clocks.collect::<Vec<_>>(), "clock_rates": rates.collect::<Vec<_>>(),
         "events": events.collect::<Vec<_>>(), "latency": latency.collect::<Vec<_>>(), "capture": capture,
     })

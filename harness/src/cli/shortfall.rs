@@ -4,7 +4,8 @@ use super::outcome::Exit;
 use super::recorded::Outcome;
 use crate::cell::Cell;
 use crate::error::Error;
-use crate::recorder::{Summary, Tapped};
+use crate::recorder::{Back, Summary, Tapped};
+use drivers::capture::Skip;
 use drivers::ft::Protocol;
 use drivers::rsi::EthernetConfig;
 use serde::Deserialize;
@@ -40,8 +41,46 @@ pub(super) fn nothing(tapped: Option<&Tapped>) -> Error {
     if let (Some(damage), 0) = (&tapped.damage, tapped.tally.frames) {
         return Error::new(damage.to_string()).help("give a pcap or pcapng, as Wireshark and tcpdump write them");
     }
-    Error::new(format!("no packet of the capture belongs to the cell; it has {}", others(tapped)))
+    let matched = &tapped.matched;
+    if matched.total() > 0 {
+        let ways =
+            [(matched.to_robots, "replies of the PC to the robots"), (matched.to_sensor, "requests to the sensor")];
+        let there: Vec<String> =
+            ways.iter().filter(|way| way.0 > 0).map(|(count, what)| format!("{count} {what}")).collect();
+        let there = if there.is_empty() { "nothing that can be read".to_owned() } else { there.join(" and ") };
+        let what = format!(
+            "of the cell the capture has {there}, and nothing that its robots or its sensor have sent{}",
+            unread(tapped)
+        );
+        return Error::new(what).help("capture both directions: on the PC itself, or at a mirror port of the switch");
+    }
+    let skipped = unread(tapped);
+    if tapped.others.is_empty() && !skipped.is_empty() {
+        let what = format!("no packet of the capture can be used{skipped}");
+        return Error::new(what).help("capture again; tcpdump -i any -U -w FILE captures whole packets");
+    }
+    Error::new(format!("no packet of the capture belongs to the cell; it has {}{skipped}", others(tapped)))
         .help("correct `listen` of the robots and `address` of the sensor in the cell")
+}
+
+/// What of a capture could not be read, and may have been the cell's.
+fn unread(tapped: &Tapped) -> String {
+    let is_loss = |why: &Skip| !matches!(why, Skip::NotUdpOrTcp | Skip::Repeated);
+    let is_loss = |why: &Skip| is_loss(why) && (*why != Skip::NotIpv4 || tapped.tally.packets == 0);
+    let skipped = tapped.tally.skipped.iter().filter(|(why, _)| is_loss(why));
+    skipped.map(|(why, count)| format!("; {count} {}", why.about())).collect()
+}
+
+/// A capture whose times go back.
+fn goes_back(back: &Back) -> Error {
+    let what = format!(
+        "the times of the capture go back by {:.3} s, {:.3} s after its beginning: that is the end of the recording",
+        back.by.seconds(),
+        back.after.seconds()
+    );
+    let help = "the clock of the capturing computer was set meanwhile, or two captures were joined: capture again, or cut it there \
+                (editcap -A, -B) and import the parts";
+    Error::new(what).help(help)
 }
 
 fn others(tapped: &Tapped) -> String {
@@ -57,7 +96,7 @@ pub(super) fn shortfalls(outcome: &Outcome, cell: &Cell) -> Vec<(Exit, Error)> {
         (Some(name), _) | (None, Some(name)) => error.file(name),
         (None, None) => error,
     };
-    if summary.frames() == 0 && (summary.samples == 0 || tapped.is_some_and(|tapped| tapped.matched == 0)) {
+    if summary.frames() == 0 && (summary.samples == 0 || tapped.is_some_and(|tapped| tapped.matched.total() == 0)) {
         return vec![(Exit::NothingToRun, named(nothing(tapped)))];
     }
     let mut missing = Vec::new();
@@ -80,6 +119,7 @@ pub(super) fn shortfalls(outcome: &Outcome, cell: &Cell) -> Vec<(Exit, Error)> {
         let help = "a virtual cell keeps real time with: dockhil cell --real-time";
         (Exit::BadInput, Error::new(what).place(format!("robot {name}")).help(help))
     }));
+    missing.extend(tapped.and_then(|tapped| tapped.back.as_ref()).map(|back| (Exit::BadInput, goes_back(back))));
     if let Some(damage) = tapped.and_then(|tapped| tapped.damage.as_ref()) {
         // A live capture ends wherever its program was ended.
         if outcome.source.as_deref() != Some(Path::new(super::record::STANDARD_INPUT)) {
@@ -102,10 +142,11 @@ fn no_frame(summary: &Summary, tapped: Option<&Tapped>, cell: &Cell) -> Error {
     match tapped {
         Some(tapped) => Error::new(format!(
             "{samples} readings of the sensor, but no packet to or from {listen}, where the PC listens to the robots: {NEEDED}; \
-             the capture has {}",
-            others(tapped)
+             the capture has {}{}",
+            others(tapped),
+            unread(tapped)
         ))
-        .help("correct `listen` of the robots in the cell, or capture RSI too"),
+        .help("correct `listen` of the robots in the cell, or capture RSI too, with whole packets"),
         None => Error::new(format!("{samples} readings of the sensor, but no frame of a robot at {listen}: {NEEDED}")).help(
             "start RSI on the robot; check IP_NUMBER and PORT in its configuration, and the firewall of this computer",
         ),
@@ -121,6 +162,11 @@ fn no_pose(summary: &Summary) -> Option<Error> {
         Some((name, ..)) => {
             Error::new(format!("no frame of the robot {name} came, so that there is no relative pose: {NEEDED}"))
                 .help("start RSI on that robot too, or leave it out of the cell")
+        }
+        None if summary.events.keys().any(|(_, class)| class == "pose-unreadable") => {
+            let help = "set the robot controller to write numbers with a point and in fixed notation";
+            Error::new(format!("RIst of the frames is no six numbers, so that there is no measured pose: {NEEDED}"))
+                .help(help)
         }
         None => {
             Error::new(format!("{} frames without RIst, so that there is no measured pose: {NEEDED}", summary.frames()))

@@ -4,7 +4,7 @@ use super::heard::Heard;
 use super::session::Recorder;
 use crate::cell::Cell;
 use crate::error::Error;
-use drivers::ft::{AnySensor, Event as SensorEvent, Sample, Sensor};
+use drivers::ft::{AnySensor, Event as SensorEvent, Sample, Sensor, netft_tcp};
 use drivers::rsi::{
     Corrections, EthernetConfig, Event as RobotEvent, Frame, Frames, Host, HostOptions, Malformed, Root, Telegram,
     split,
@@ -16,7 +16,8 @@ use std::io::Write;
 #[derive(Debug, Clone)]
 enum Note {
     Frame(usize, Box<Frame>),
-    Reply(usize, Nanos, Telegram),
+    /// The flag: the controller takes replies of its type.
+    Reply(usize, Nanos, Telegram, bool),
     Sample(Sample),
     SensorRestarted,
     Event(Nanos, String, &'static str, String),
@@ -133,12 +134,13 @@ impl Devices {
         match document.and_then(|document| Telegram::decode(&document)) {
             Ok(telegram) if telegram.root == Root::Sen => {
                 let wanted = &self.hosts[robot].config().sentype;
-                if telegram.kind != *wanted {
+                let is_of_type = telegram.kind == *wanted;
+                if !is_of_type {
                     let kind = &telegram.kind;
                     let text = format!("a reply of type {kind:?}: the controller takes {wanted:?} and drops others");
                     event("reply-type", text);
                 }
-                self.notes.push(Note::Reply(robot, at, telegram));
+                self.notes.push(Note::Reply(robot, at, telegram, is_of_type));
             }
             Ok(_) => event("reply-malformed", "a <Rob> on its way to the robot".to_owned()),
             Err(malformed) => event("reply-malformed", malformed.to_string()),
@@ -177,6 +179,34 @@ impl Devices {
         out
     }
 
+    /// The requests that set the sensor's zero at its present load, and make it stream.
+    ///
+    /// # Errors
+    /// Where its protocol has no such request.
+    pub fn sensor_bias(&mut self, at: Nanos) -> Result<Vec<Vec<u8>>, Error> {
+        let (mut out, mut events) = (Vec::new(), Vec::new());
+        self.sensor.bias(true, &mut out, &mut events).map_err(|error| {
+            let help = "leave --bias out, or set its zero with the tools of its maker before";
+            Error::new(error.to_string()).place("argument --bias").help(help)
+        })?;
+        self.sensor_events(at, events);
+        Ok(out)
+    }
+
+    /// Bytes that somebody else sends to the sensor.
+    pub fn asked(&mut self, at: Nanos, bytes: &[u8]) {
+        let mut events = Vec::new();
+        self.sensor.overhear(bytes, &mut events);
+        self.sensor_events(at, events);
+    }
+
+    /// The same on the connection beside its datagrams that an ATI Net F/T has.
+    pub fn asked_beside(&mut self, at: Nanos, bytes: &[u8]) {
+        if matches!(self.sensor, AnySensor::Rdt(_)) {
+            self.sensor_events(at, netft_tcp::overhear(bytes));
+        }
+    }
+
     /// Bytes from the sensor.
     pub fn sensed(&mut self, at: Nanos, bytes: &[u8]) {
         let mut events = Vec::new();
@@ -211,7 +241,7 @@ impl Devices {
         for note in self.notes.drain(..) {
             match note {
                 Note::Frame(robot, frame) => recorder.frame(robot, &frame)?,
-                Note::Reply(robot, at, telegram) => recorder.reply(robot, at, &telegram)?,
+                Note::Reply(robot, at, telegram, is_of_type) => recorder.reply(robot, at, &telegram, is_of_type)?,
                 Note::Sample(sample) => recorder.sample(&sample)?,
                 Note::SensorRestarted => recorder.sensor_restarted(),
                 Note::Event(at, source, class, text) => recorder.event(at, &source, class, &text)?,

@@ -24,7 +24,9 @@
 //!    angles, or adds something to them, moves to that: look into it, or use ONLYSEND. The same holds for `EK` and AXISCORREXT,
 //!    and for every other number of RECEIVE.
 //!
-//! A sensor is only asked to stream and to stop. Its bias is never set.
+//! A sensor is asked to stream and to stop; its bias is set only where that was asked for, before the recording begins. What others
+//! ask it for is recorded by `tap` and `proxy`: `ft-start`, `ft-stop`, `ft-latch-reset`, `ft-bias-set`, `ft-bias-cleared`. A bias over
+//! HTTP is not seen.
 //!
 //! # How robots are reached
 //!
@@ -38,9 +40,9 @@
 //! |---|---|---|
 //! | `/robot/pose_command`, `/robot/pose_measured` | PoseStamped | probe tip in the nozzle frame, at the times of the robot with the probe |
 //! | `/ft/wrench` | WrenchStamped | reading of the sensor in its own axes |
-//! | `/rsi/NAME` | JSON | frames and replies as they came: IPOC, Delay D, pose in mm and deg, external axes |
+//! | `/rsi/NAME` | JSON | frames and replies as they came: IPOC, Delay D, pose in mm and deg, external axes, and all other elements as text |
 //! | `/ft/raw` | JSON | counters and status as they came |
-//! | `/cell/event` | JSON | everything unusual: source, class, text |
+//! | `/cell/event` | JSON | everything unusual, and what the sensor was asked for: source, class, text |
 //!
 //! `log_time` is the host's receipt; `header.stamp` and `publish_time` are reconstructed from the device's counter and the lower
 //! envelope of its offsets ([`crate::clocks`]). Metadata: `session` (what the operator believes, at the beginning), `clocks` and
@@ -61,6 +63,7 @@ mod network;
 mod pairing;
 mod peer;
 mod proxy;
+mod raw;
 mod robot;
 mod session;
 mod start;
@@ -75,5 +78,5 @@ pub use peer::Peer;
 pub use proxy::Proxy;
 pub use session::{AllLines, Recorder, Summary};
 pub use start::{remarks, sensor_transport, session_record};
-pub use tap::{Tapped, clocks, tap};
+pub use tap::{Back, Matched, Tapped, clocks, tap};
 pub use topics::{COMMANDED, EVENT, MEASURED, SENSED, SENSOR_RAW, robot_raw};

@@ -7,10 +7,11 @@ use super::devices::{Devices, Way};
 use super::network::{note, take};
 use super::session::Recorder;
 use crate::cell::Cell;
-use crate::cell::link::{Listening, failed, towards};
+use crate::cell::link::Listening;
+use crate::cell::sensor_link::SensorLink;
 use crate::error::Error;
 use drivers::ft::Transport;
-use drivers::net::{Arrival, Clock, Connection, Endpoint, Lock, wait};
+use drivers::net::{Arrival, Clock, wait};
 use std::io::Write;
 use std::net::SocketAddr;
 use std::os::fd::AsFd;
@@ -18,75 +19,14 @@ use std::time::Duration;
 
 /// Longest wait for something to come: silences and old chunks are looked at this often.
 const WAIT: Duration = Duration::from_millis(5);
-/// How long a connection to a sensor may take.
-const CONNECT: Duration = Duration::from_secs(2);
-
-/// The line to a sensor.
-#[derive(Debug)]
-enum SensorLink {
-    Udp(Box<Endpoint>),
-    Tcp(Box<Connection>),
-}
-
-impl SensorLink {
-    fn open(address: SocketAddr, transport: Transport) -> Result<Self, Error> {
-        match transport {
-            Transport::Udp => {
-                let endpoint = Endpoint::bind(towards(address), Lock::Only(address)).map_err(failed)?;
-                Ok(SensorLink::Udp(Box::new(endpoint)))
-            }
-            // A serial line is reached through a box that makes a stream of it.
-            Transport::Stream => {
-                let help = "switch the sensor on, and check its address in the cell";
-                let connection = Connection::connect(address, CONNECT);
-                connection.map(Box::new).map(SensorLink::Tcp).map_err(|error| Error::new(error.to_string()).help(help))
-            }
-        }
-    }
-
-    /// Datagrams of others than the sensor.
-    fn strangers(&self) -> u64 {
-        match self {
-            SensorLink::Udp(endpoint) => endpoint.counts().strangers,
-            SensorLink::Tcp(_) => 0,
-        }
-    }
-
-    fn socket(&self) -> &dyn AsFd {
-        match self {
-            SensorLink::Udp(endpoint) => endpoint.as_ref(),
-            SensorLink::Tcp(connection) => connection.as_ref(),
-        }
-    }
-
-    fn receive(&mut self, clock: Clock<'_>, arrivals: &mut Vec<Arrival>) -> Result<(), Error> {
-        match self {
-            SensorLink::Udp(endpoint) => endpoint.receive(clock, &mut |_| true, arrivals),
-            SensorLink::Tcp(connection) => connection.receive(clock, arrivals),
-        }
-        .map_err(failed)
-    }
-
-    fn send(&mut self, clock: Clock<'_>, all: &[Vec<u8>], devices: &mut Devices) -> Result<(), Error> {
-        let mut arrivals = Vec::new();
-        for bytes in all {
-            match self {
-                SensorLink::Udp(endpoint) => endpoint.send(clock, bytes, &mut arrivals),
-                SensorLink::Tcp(connection) => connection.send(clock, bytes, &mut arrivals),
-            }
-            .map_err(failed)?;
-        }
-        arrivals.iter().for_each(|arrival| note("ft", arrival, devices));
-        Ok(())
-    }
-}
-
 /// A cell that this program answers.
 #[derive(Debug)]
 pub struct Peer {
     links: Vec<Listening>,
     names: Vec<String>,
     sensor: SensorLink,
+    /// The sensor's zero is set before it is asked to stream.
+    sets_bias: bool,
 }
 
 impl Peer {
@@ -102,12 +42,22 @@ impl Peer {
         });
         let links = links.collect::<Result<Vec<_>, _>>().map_err(|error| error.file(&cell.source.file))?;
         let names = cell.config.robots.iter().map(|robot| robot.name.clone()).collect();
-        Ok(Peer { links, names, sensor: SensorLink::open(cell.config.sensor.address, transport)? })
+        Ok(Peer { links, names, sensor: SensorLink::open(cell.config.sensor.address, transport)?, sets_bias: false })
     }
 
     /// Where the robots are expected.
     pub fn addresses(&self) -> Vec<SocketAddr> {
         self.links.iter().map(Listening::local).collect()
+    }
+
+    /// The recording begins with setting the sensor's zero at its present load.
+    pub fn set_bias_first(&mut self) {
+        self.sets_bias = true;
+    }
+
+    /// Where the sensor's samples are expected, where that is a port of its own.
+    pub fn samples(&self) -> Option<SocketAddr> {
+        self.sensor.samples()
     }
 
     /// Answers and records until that is true, or a robot turns out not to live in real time.
@@ -121,12 +71,14 @@ impl Peer {
         clock: Clock<'_>,
         until: &dyn Fn() -> bool,
     ) -> Result<(), Error> {
-        let start = devices.sensor_requests(true);
-        self.sensor.send(clock, &start, devices)?;
+        let is_due = std::mem::take(&mut self.sets_bias);
+        let mut start = if is_due { devices.sensor_bias(clock())? } else { Vec::new() };
+        start.extend(devices.sensor_requests(true));
+        self.ask(&start, devices, clock)?;
         let outcome = self.cycles(devices, recorder, clock, until);
         // The sensor is told to stop also when the disk is full.
         let stop = devices.sensor_requests(false);
-        self.sensor.send(clock, &stop, devices)?;
+        self.ask(&stop, devices, clock)?;
         for (name, link) in self.names.iter().zip(&self.links) {
             recorder.count(name, "net-stranger", link.strangers());
         }
@@ -143,7 +95,7 @@ impl Peer {
     ) -> Result<(), Error> {
         while !until() && !recorder.is_too_fast() {
             let sockets: Vec<&dyn AsFd> =
-                self.links.iter().map(Listening::socket).chain([self.sensor.socket()]).collect();
+                self.links.iter().map(Listening::socket).chain(self.sensor.sockets()).collect();
             wait(&sockets, WAIT).map_err(|error| Error::new(format!("waiting for the network failed: {error}")))?;
             for robot in 0..self.links.len() {
                 self.robot(robot, devices, clock)?;
@@ -158,10 +110,20 @@ impl Peer {
             }
             let now = clock();
             let again = devices.tick(now);
-            self.sensor.send(clock, &again, devices)?;
+            self.ask(&again, devices, clock)?;
             devices.write(recorder)?;
             recorder.tick(now)?;
         }
+        Ok(())
+    }
+
+    /// Sends requests to the sensor.
+    fn ask(&mut self, requests: &[Vec<u8>], devices: &mut Devices, clock: Clock<'_>) -> Result<(), Error> {
+        let mut arrivals = Vec::new();
+        for request in requests {
+            self.sensor.send(clock, request, &mut arrivals)?;
+        }
+        arrivals.iter().for_each(|arrival| note("ft", arrival, devices));
         Ok(())
     }
 

@@ -15,6 +15,7 @@ use super::session::Recorder;
 use crate::cell::link::{Calling, Listening, failed, towards};
 use crate::cell::{Cell, RobotConfig};
 use crate::error::Error;
+use drivers::ft;
 use drivers::net::{Arrival, Clock, Endpoint, Lock, wait};
 use drivers::rsi::Transport;
 use std::io::Write;
@@ -98,6 +99,12 @@ impl Proxy {
         }
         if let Some(side) = sensor_side.filter(|side| meets(*side, cell.config.sensor.address)) {
             return itself("--sensor-side", side, "where the sensor is");
+        }
+        if sensor_side.is_some() && cell.sensor()?.transport() != ft::Transport::Udp {
+            let help = "record its traffic with --as tap, or leave --sensor-side out";
+            return Err(Error::new("the sensor is asked over TCP, and a proxy passes on datagrams alone")
+                .place("--sensor-side")
+                .help(help));
         }
         let pairs = cell.config.robots.iter().zip(robot_sides).enumerate();
         let robots = pairs.map(|(nth, (robot, side))| between(robot, *side, devices.config(nth).protocol));
@@ -222,8 +229,9 @@ impl Proxy {
         let (mut asked, mut answered, mut said) = (Vec::new(), Vec::new(), Vec::new());
         near.receive(clock, &mut |_| true, &mut asked).map_err(failed)?;
         for arrival in &asked {
-            if let Arrival::Bytes { bytes, .. } = arrival {
+            if let Arrival::Bytes { at, bytes, .. } = arrival {
                 far.send(clock, bytes, &mut said).map_err(failed)?;
+                devices.asked(*at, bytes);
             }
         }
         far.receive(clock, &mut |_| true, &mut answered).map_err(failed)?;

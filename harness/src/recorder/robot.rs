@@ -8,16 +8,28 @@
 //! | commanded pose, relative | start + sum of all corrections so far |
 //! | time of a command | that of the frame whose IPOC it echoes: the loop's tick |
 //!
+//! A command waits for the next frame, which tells whether the controller took it:
+//!
+//! | reply | next frame | commanded pose of that tick |
+//! |---|---|---|
+//! | to the newest frame, of the right type | Delay D as before, or not sent | with its correction |
+//! | the same | D grew by more than the frames that are missing | the one before |
+//! | of another type | any | the one before: the controller drops it |
+//! | none, or one that comes after the next frame | D grew | the one before |
+//! | none | D as before, or not sent | none: nothing is known |
+//!
 //! A reply without that correction commands the start pose when every number in it is zero; with others, such as `AK` of axes, it
 //! tells no pose.
 //!
 //! Source: reference/PROTOCOLS.md, sections 1.2 and 1.5. Not covered: corrections of axes (`AKorr`), which need the arm's geometry;
-//! commands to the rail, which is taken to be where `EIPos` says.
+//! commands to the rail, which is taken to be where `EIPos` says; HOLDON 0 of absolute and HOLDON 1 of relative corrections, with
+//! which a reply that is missing moves the robot.
 
 use super::clock::{DeviceClock, Lines};
 use crate::cell::frames::Reported;
 use crate::cell::{ModeName, RobotConfig};
 use drivers::rsi::{BadNumber, Frame, POSE, Telegram, parse};
+use sim_core::time::Nanos;
 use std::collections::{BTreeMap, VecDeque};
 
 /// Frames that a reply may still answer; the controller takes the newest only. Chosen: a quarter of a second.
@@ -33,14 +45,44 @@ struct Asked {
 }
 
 /// What a reply was.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Answer {
-    /// A commanded pose, at the time of the frame that it answers.
-    Commanded { stamp_ns: i64, reported: Reported },
-    /// No correction in it, or no pose to add it to.
+    /// A command for the tick at that time: it waits for the next frame.
+    Waits(i64),
+    /// No correction in it.
     Nothing,
+    /// A correction, and no pose to add it to.
+    Nowhere,
+    /// The controller drops it.
+    Dropped,
     /// Nothing usable; the class says why.
     Bad(&'static str),
+}
+
+/// A command that the next frame confirms or takes back.
+#[derive(Debug, Clone, Copy)]
+struct Waiting {
+    received_ns: i64,
+    asked: Asked,
+    /// `None`: the controller drops it, whatever the next frame says.
+    correction: Option<[f64; 6]>,
+}
+
+/// Where a robot was told to be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Command {
+    pub received_ns: i64,
+    pub stamp_ns: i64,
+    pub reported: Reported,
+}
+
+/// What came of a frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Reports {
+    pub stamp_ns: i64,
+    pub measured: Option<Reported>,
+    /// The command of the tick before, now that it is known.
+    pub commanded: Option<Command>,
 }
 
 #[derive(Debug)]
@@ -59,7 +101,11 @@ pub(super) struct Robot {
     start: Option<[f64; 6]>,
     /// Whether `start` is exact.
     is_programmed: bool,
-    sum: [f64; 6],
+    /// What the controller adds to the start: the newest correction that it took, or the sum of all.
+    offset: [f64; 6],
+    waiting: Option<Waiting>,
+    /// A command was taken in this session.
+    is_commanded: bool,
     /// It was corrected by something that tells no pose.
     is_lost: bool,
     asked: VecDeque<Asked>,
@@ -83,7 +129,9 @@ impl Robot {
             session: 0,
             start: None,
             is_programmed: false,
-            sum: [0.0; 6],
+            offset: [0.0; 6],
+            waiting: None,
+            is_commanded: false,
             is_lost: false,
             asked: VecDeque::new(),
             frames: 0,
@@ -92,8 +140,9 @@ impl Robot {
         }
     }
 
-    /// Takes a fresh frame: its time, and what it reports if it reports a pose.
-    pub fn frame(&mut self, frame: &Frame) -> (i64, Option<Reported>) {
+    /// Takes a fresh frame: its time, what it reports if it reports a pose, and what it says of the command before.
+    pub fn frame(&mut self, frame: &Frame) -> Reports {
+        let commanded = self.confirmed(frame);
         if frame.session != self.session {
             if self.session != 0 {
                 self.rate_before = self.rate_off();
@@ -101,8 +150,10 @@ impl Robot {
             }
             self.session = frame.session;
             self.start = None;
-            self.sum = [0.0; 6];
+            self.offset = [0.0; 6];
+            self.is_commanded = false;
             self.is_lost = false;
+            self.delay = None;
             self.asked.clear();
         }
         self.frames += 1;
@@ -126,21 +177,64 @@ impl Robot {
             self.asked.pop_front();
         }
         self.asked.push_back(Asked { ipoc: frame.ipoc, stamp_ns, measured, is_answered: false });
-        (stamp_ns, measured)
+        Reports { stamp_ns, measured, commanded }
     }
 
-    /// Takes a reply that went, or came by, on its way to the robot. The third value: the start pose is a guess from here on.
-    pub fn reply(&mut self, telegram: &Telegram) -> (Answer, bool) {
+    /// The command of the newest tick, with what this frame says of it.
+    fn confirmed(&mut self, frame: &Frame) -> Option<Command> {
+        if frame.session != self.session {
+            return self.settle(true);
+        }
+        let grown = match (self.delay, frame.delay) {
+            (Some(before), Some(now)) => now.saturating_sub(before),
+            _ => 0,
+        };
+        // A frame that did not come has no reply, and counts too.
+        let is_refused = grown > i64::try_from(frame.missing).unwrap_or(i64::MAX);
+        if self.waiting.is_none() && is_refused && self.is_commanded {
+            let asked = *self.asked.back()?;
+            self.waiting = Some(Waiting { received_ns: frame.received.0, asked, correction: None });
+        }
+        self.settle(!is_refused)
+    }
+
+    /// The command that waits, taken by the controller or not.
+    pub fn settle(&mut self, is_taken: bool) -> Option<Command> {
+        let Waiting { received_ns, asked, correction } = self.waiting.take()?;
+        if let Some(correction) = correction.filter(|_| is_taken) {
+            self.is_commanded = true;
+            match self.mode {
+                ModeName::Absolute => self.offset = correction,
+                ModeName::Relative => self.offset.iter_mut().zip(correction).for_each(|(sum, part)| *sum += part),
+            }
+        }
+        let (start, measured) = (self.start?, asked.measured?);
+        let pose_mm_deg = std::array::from_fn(|axis| start[axis] + self.offset[axis]);
+        Some(Command { received_ns, stamp_ns: asked.stamp_ns, reported: Reported { pose_mm_deg, ..measured } })
+    }
+
+    /// Takes a reply that went, or came by, on its way to the robot; whether the controller takes its type. The second value: the
+    /// start pose is a guess from here on.
+    pub fn reply(&mut self, at: Nanos, telegram: &Telegram, is_of_type: bool) -> (Answer, bool) {
         self.replies += 1;
         let Some(ipoc) = telegram.ipoc() else { return (Answer::Bad("reply-without-ipoc"), false) };
-        let Some(asked) = self.asked.iter_mut().rev().find(|asked| asked.ipoc == ipoc.value) else {
+        let Some(place) = self.asked.iter().rposition(|asked| asked.ipoc == ipoc.value) else {
             return (Answer::Bad("reply-unmatched"), false);
         };
+        let is_newest = place + 1 == self.asked.len();
+        let asked = &mut self.asked[place];
         if asked.is_answered {
             return (Answer::Bad("reply-again"), false);
         }
-        asked.is_answered = true;
+        if !is_newest {
+            return (Answer::Bad("reply-late"), false);
+        }
+        asked.is_answered = is_of_type;
         let asked = *asked;
+        if !is_of_type {
+            self.waiting = Some(Waiting { received_ns: at.0, asked, correction: None });
+            return (Answer::Dropped, false);
+        }
         let correction = match pose_of(telegram, &self.correction) {
             // Whatever it corrects, nothing is no motion.
             None if is_all_zero(telegram) && !(self.is_lost && self.mode == ModeName::Relative) => [0.0; 6],
@@ -159,16 +253,9 @@ impl Robot {
             }
             guessed = true;
         }
-        let (Some(start), Some(measured)) = (self.start, asked.measured) else { return (Answer::Nothing, guessed) };
-        let offset = match self.mode {
-            ModeName::Absolute => correction,
-            ModeName::Relative => {
-                self.sum.iter_mut().zip(correction).for_each(|(sum, part)| *sum += part);
-                self.sum
-            }
-        };
-        let pose_mm_deg = std::array::from_fn(|axis| start[axis] + offset[axis]);
-        (Answer::Commanded { stamp_ns: asked.stamp_ns, reported: Reported { pose_mm_deg, ..measured } }, guessed)
+        self.waiting = Some(Waiting { received_ns: at.0, asked, correction: Some(correction) });
+        let is_placed = self.start.is_some() && asked.measured.is_some();
+        (if is_placed { Answer::Waits(asked.stamp_ns) } else { Answer::Nowhere }, guessed)
     }
 
     /// How many of its seconds went by in one of the host's, where that is far from one.

@@ -2,14 +2,15 @@
 
 use super::clock::{DeviceClock, Lines};
 use super::pairing::{Paired, Pairing};
-use super::robot::{Answer, Robot};
+use super::raw;
+use super::robot::{Answer, Command, Reports, Robot};
 use super::topics;
 use crate::cell::frames::{Places, Reported, recorded};
 use crate::cell::{Carries, CellConfig};
 use crate::error::Error;
 use crate::recording::{LiveWriter, Times, Wrench};
 use drivers::ft::Sample;
-use drivers::rsi::{Frame, POSE, Telegram};
+use drivers::rsi::{Frame, Telegram};
 use serde_json::json;
 use sim_core::time::Nanos;
 use std::collections::BTreeMap;
@@ -38,6 +39,8 @@ pub struct Recorder<W: Write> {
     first_ns: Option<i64>,
     last_ns: i64,
     samples: u64,
+    /// How often the sensor's zero was moved after its first reading.
+    biases: u64,
     poses: [u64; 2],
 }
 
@@ -52,6 +55,8 @@ pub struct Summary {
     pub poses: [u64; 2],
     /// Readings of the sensor.
     pub samples: u64,
+    /// How often the sensor's zero was moved while it was recorded.
+    pub biases: u64,
     /// How often each class of event came, by source.
     pub events: BTreeMap<(String, String), u64>,
     /// Lines of all clocks.
@@ -98,6 +103,7 @@ impl<W: Write> Recorder<W> {
             first_ns: None,
             last_ns: 0,
             samples: 0,
+            biases: 0,
             poses: [0; 2],
         })
     }
@@ -108,16 +114,13 @@ impl<W: Write> Recorder<W> {
     /// When the output does not take it.
     pub fn frame(&mut self, robot: usize, frame: &Frame) -> Result<(), Error> {
         let Some(track) = self.robots.get_mut(robot) else { return Ok(()) };
-        let (stamp_ns, reported) = track.frame(frame);
+        let Reports { stamp_ns, measured: reported, commanded } = track.frame(frame);
         let (topic, name) = (track.topic.clone(), track.name.clone());
         let is_counter = track.clock.counts_no_time();
         let times = Times { received_ns: frame.received.0, stamp_ns };
         self.span(frame.received);
-        let raw = json!({
-            "direction": "from-robot", "received_ns": frame.received.0, "ipoc": frame.ipoc, "delay_d": frame.delay,
-            "pose_mm_deg": frame.pose_mm_deg, "external": frame.external,
-        });
-        self.live.json(&topics::robot_raw(&topic), times, &raw)?;
+        self.live.json(&topics::robot_raw(&topic), times, &raw::frame(frame))?;
+        self.command(robot, commanded)?;
         if is_counter {
             self.tell_once(
                 "clock-counts-no-time",
@@ -134,46 +137,59 @@ impl<W: Write> Recorder<W> {
                 }
                 self.place(Which::Measured, robot, times, reported)
             }
-            None => self.tell_once(
-                "pose-absent",
-                frame.received,
-                &name,
-                "the frames carry no RIst: there is no measured pose",
-            ),
+            None if frame.telegram.element("RIst").is_some() => {
+                let text = "RIst is there, and is no six numbers: such a frame gives no measured pose";
+                self.tell_once("pose-unreadable", frame.received, &name, text)
+            }
+            None => {
+                let text = "the frames carry no RIst: there is no measured pose";
+                self.tell_once("pose-absent", frame.received, &name, text)
+            }
         }
     }
 
-    /// A reply on its way to a robot.
+    /// A reply on its way to a robot; whether the controller takes replies of its type.
     ///
     /// # Errors
     /// As [`Self::frame`].
-    pub fn reply(&mut self, robot: usize, at: Nanos, telegram: &Telegram) -> Result<(), Error> {
+    pub fn reply(&mut self, robot: usize, at: Nanos, telegram: &Telegram, is_of_type: bool) -> Result<(), Error> {
         let Some(track) = self.robots.get_mut(robot) else { return Ok(()) };
-        let (answer, is_guessed) = track.reply(telegram);
+        let (answer, is_guessed) = track.reply(at, telegram, is_of_type);
         let (topic, name, correction) = (track.topic.clone(), track.name.clone(), track.correction().to_owned());
         self.span(at);
-        let ipoc = telegram.ipoc().map(|ipoc| ipoc.value);
-        let sent = telegram.six(&correction, POSE).and_then(Result::ok);
-        let stamp_ns = if let Answer::Commanded { stamp_ns, .. } = answer { stamp_ns } else { at.0 };
+        let stamp_ns = if let Answer::Waits(stamp_ns) = answer { stamp_ns } else { at.0 };
         let times = Times { received_ns: at.0, stamp_ns };
-        let raw = json!({ "direction": "to-robot", "received_ns": at.0, "ipoc": ipoc, "pose_mm_deg": sent });
-        self.live.json(&topics::robot_raw(&topic), times, &raw)?;
+        self.live.json(&topics::robot_raw(&topic), times, &raw::reply(at, telegram, &correction))?;
         if is_guessed {
             let text = "the recording began after the corrections: the start pose is RIst less the first correction, \
                         which the robot follows with a lag";
             self.event(at, &name, "start-guessed", text)?;
         }
         match answer {
-            Answer::Commanded { reported, .. } => self.place(Which::Commanded, robot, times, reported),
+            // That the type is wrong was told by whoever knows the configuration.
+            Answer::Waits(_) | Answer::Dropped => Ok(()),
             Answer::Bad(class) => {
-                let text = format!("the reply with IPOC {ipoc:?} commands nothing");
-                self.event(at, &name, class, &text)
+                let which = telegram.ipoc().map_or_else(
+                    || "a reply without a readable IPOC".to_owned(),
+                    |ipoc| format!("the reply with IPOC {}", ipoc.value),
+                );
+                self.event(at, &name, class, &format!("{which} commands nothing"))
+            }
+            Answer::Nowhere => {
+                let text = "a reply to a frame whose pose cannot be read: where the robot was told to be is not known";
+                self.tell_once("command-without-pose", at, &name, text)
             }
             Answer::Nothing => {
                 let text = format!("the replies carry no {correction} with X to C: there is no commanded pose");
                 self.tell_once("correction-absent", at, &name, &text)
             }
         }
+    }
+
+    /// Where a robot was told to be, once that is certain.
+    fn command(&mut self, robot: usize, command: Option<Command>) -> Result<(), Error> {
+        let Some(Command { received_ns, stamp_ns, reported }) = command else { return Ok(()) };
+        self.place(Which::Commanded, robot, Times { received_ns, stamp_ns }, reported)
     }
 
     /// A reading of the sensor.
@@ -210,6 +226,7 @@ impl<W: Write> Recorder<W> {
     /// As [`Self::frame`].
     pub fn event(&mut self, at: Nanos, source: &str, class: &str, text: &str) -> Result<(), Error> {
         *self.events.entry((source.to_owned(), class.to_owned())).or_insert(0) += 1;
+        self.biases += u64::from(self.samples > 0 && class.starts_with("ft-bias"));
         let times = Times { received_ns: at.0, stamp_ns: at.0 };
         self.live.json(&topics::EVENT, times, &json!({ "source": source, "class": class, "text": text }))
     }
@@ -250,6 +267,11 @@ impl<W: Write> Recorder<W> {
     /// # Errors
     /// As [`Self::frame`].
     pub fn finish(mut self) -> Result<(W, Summary), Error> {
+        for robot in 0..self.robots.len() {
+            // No frame says anything of the last command.
+            let command = self.robots[robot].settle(true);
+            self.command(robot, command)?;
+        }
         // What still waits for the other robot is late now.
         self.tick(Nanos(self.last_ns.saturating_add(i64::from(u32::MAX))))?;
         let summary = self.summary();
@@ -280,6 +302,7 @@ impl<W: Write> Recorder<W> {
             robots: robots.map(|robot| (robot.name.clone(), robot.frames, robot.replies, robot.delay)).collect(),
             poses: self.poses,
             samples: self.samples,
+            biases: self.biases,
             events: self.events.clone(),
             lines,
             counters: self

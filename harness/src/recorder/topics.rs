@@ -28,6 +28,6 @@ pub fn robot_raw(topic: &str) -> JsonTopic<'_> {
     JsonTopic {
         topic,
         name: "dockhil.RobotRaw",
-        schema: r#"{"type":"object","properties":{"direction":{"enum":["from-robot","to-robot"]},"received_ns":{"type":"integer"},"ipoc":{"type":"integer"},"delay_d":{"type":["integer","null"]},"pose_mm_deg":{"type":["array","null"],"items":{"type":"number"}},"external":{"type":["array","null"],"items":{"type":"number"}}},"required":["direction","received_ns","ipoc"]}"#,
+        schema: r#"{"type":"object","properties":{"direction":{"enum":["from-robot","to-robot"]},"received_ns":{"type":"integer"},"ipoc":{"type":["integer","null"]},"delay_d":{"type":["integer","null"]},"pose_mm_deg":{"type":["array","null"],"items":{"type":"number"}},"external":{"type":["array","null"],"items":{"type":"number"}},"type":{"type":"string","description":"of a reply"},"elements":{"type":"object","description":"all other elements of the document, as text, by their names in the Ethernet configuration","additionalProperties":{"type":"string"}}},"required":["direction","received_ns","ipoc","elements"]}"#,
     }
 }

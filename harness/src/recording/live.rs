@@ -212,7 +212,7 @@ impl<W: Write> LiveWriter<W> {
         let bytes = std::mem::take(&mut *self.gathered.bytes.borrow_mut());
         self.out.write_all(&bytes).and_then(|()| self.out.flush()).map_err(|error| {
             Error::new(format!("writing failed after {} bytes: {error}", self.written))
-                .help("make room on the disk; what was written before can be read")
+                .help("make room on the disk, or raise the limit on a file's length (ulimit -f); what was written before can be read")
         })?;
         self.written += bytes.len() as u64;
         Ok(())

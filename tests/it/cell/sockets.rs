@@ -3,7 +3,6 @@
 use super::{cell, reference};
 use crate::shell::Shell;
 use drivers::rsi::Transport;
-use harness::cell::Cell;
 use harness::cell::clock::WallClock;
 use harness::cell::controller::{Command, Controller, Reference, Seen, Task};
 use harness::cell::on_wire::OnWire;
@@ -11,6 +10,7 @@ use harness::cell::page_reader::check_page;
 use harness::cell::run::{Options, Ran, run};
 use harness::cell::serve::Served;
 use harness::cell::wires::{Addresses, Pace, Wires};
+use harness::cell::{Cell, CellConfig};
 use sim_core::effects::standard;
 use std::collections::BTreeMap;
 use std::net::{SocketAddr, TcpListener, UdpSocket};
@@ -98,6 +98,39 @@ fn over_loopback_a_run_is_the_same_to_the_last_bit() {
             "{name} {fault}"
         );
     }
+}
+
+/// The bench with another sensor.
+fn with_sensor(table: &str, fault: &str) -> Cell {
+    let mut cell = cell("bench", "");
+    let (head, _) = cell.source.text.split_once("[sensor]").unwrap();
+    let address = "address = \"127.0.0.1:49153\"";
+    cell.source.text = format!("{head}[sensor]\n{address}\n{table}\n{fault}");
+    cell.config = CellConfig::parse("cell.toml", &cell.source.text).unwrap();
+    cell
+}
+
+/// Commands over TCP and samples as datagrams (SCHUNK): the same run. Over a stream: how many samples a cycle sees is the network's
+/// business, and every cycle has its answer.
+#[test]
+fn sensors_that_are_asked_over_tcp_are_read() {
+    let port = UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let split = with_sensor(&format!("protocol = \"schunk\"\nsamples_port = {port}"), "");
+    let (here, there) = (reference(&split, 0.8), looped(&split, 0.8));
+    assert!(here.session.sensed.as_ref().unwrap().value.len() > 700);
+    assert_eq!(here.session, there.session);
+    let stream = with_sensor("protocol = \"bota\"\nrate_hz = 1000", "");
+    let robots = free(&stream);
+    let (ran, events) = heard(&stream, 0.8, &robots.clone(), robots);
+    assert_eq!((ran.cycles, ran.answered), (200, 200), "{events:?}");
+    assert!(ran.stops.is_empty() && !events.contains_key("ft-malformed"), "{events:?}");
+    // What another socket would do at the sensor's port.
+    let stolen =
+        with_sensor("protocol = \"bota\"\nrate_hz = 1000", "[[fault]]\nid = \"second-client\"\non = \"ft\"\nat = 9\n");
+    let addresses = Addresses { robots: free(&stolen), sensor: "127.0.0.1:0".parse().unwrap(), page: None };
+    let mut wires = Wires::bind(&stolen, &addresses, Pace::Virtual { patience: PATIENCE }, PATIENCE).unwrap();
+    let error = run(&stolen, &standard(), &Options { duration_s: 0.8 }, &mut wires).map(drop).unwrap_err().to_string();
+    assert!(error.contains("second-client on ft needs a sensor that is asked by datagrams"), "{error}");
 }
 
 #[test]

@@ -48,7 +48,7 @@ pub fn dialogue<const NTH: usize>() -> Vec<Vec<u8>> {
 
 /// The host's side of a sensor: nothing comes in without leaving a trace, and its own count is the sum.
 pub fn sensor<const NTH: usize>(input: &[u8], outcomes: &mut Outcomes) {
-    let datagrams = SETTINGS[NTH].transport() == Transport::Udp;
+    let datagrams = SETTINGS[NTH].transport() != Transport::Stream;
     let mut sensor = SETTINGS[NTH].sensor().expect("these settings are sound");
     let (mut sent, mut all, mut now) = (Vec::new(), Vec::new(), Nanos(0));
     sensor.start(&mut sent);

@@ -2,7 +2,9 @@
 
 use super::wire::{bench, rdt, rob};
 use harness::cell::Cell;
-use harness::recorder::{COMMANDED, Devices, MEASURED, Peer, Recorder, sensor_transport, session_record};
+use harness::recorder::{
+    COMMANDED, Devices, MEASURED, Peer, Recorder, SENSOR_RAW, robot_raw, sensor_transport, session_record,
+};
 use harness::recording::{Clock, Grade, Kind, LiveWriter, Map, Pose, ReadOptions, Times, Wrench, read};
 use sim_core::effects::standard;
 use sim_core::rng::Streams;
@@ -192,4 +194,28 @@ fn a_live_recording_that_ends_well_has_its_summary() {
     let session = harness::recording::from_bytes("s.mcap", &disk.bytes, &ReadOptions::default()).unwrap();
     assert_eq!((session.grade, session.sensed.unwrap().value.len()), (Grade::A, 2000));
     assert!(disk.bytes.ends_with(mcap::MAGIC));
+}
+
+/// Half an hour of chunks with a message on each of five topics. What grows with the time is the summary alone: it holds an entry
+/// for each chunk, however much is in it.
+#[test]
+fn what_a_long_recording_keeps_in_memory_is_its_index() {
+    let (session, mut out) = (std::collections::BTreeMap::new(), std::io::sink());
+    let mut live = LiveWriter::create(&mut out, &session).unwrap();
+    let topics = [SENSOR_RAW, robot_raw("/rsi/chaser")];
+    let pose = Pose { position_m: [0.0; 3], orientation_xyzw: [0.0, 0.0, 0.0, 1.0] };
+    let wrench = Wrench { force_n: [0.0; 3], torque_n_m: [0.0; 3] };
+    let memory = allocation_counter::measure(|| {
+        for nth in 0..18_000_i64 {
+            let at_ns = 1_700_000_000_000_000_000 + nth * 100_000_000;
+            let times = Times { received_ns: at_ns, stamp_ns: at_ns };
+            live.wrench("/ft/wrench", times, &wrench).unwrap();
+            live.pose(COMMANDED, times, &pose).and_then(|()| live.pose(MEASURED, times, &pose)).unwrap();
+            topics.iter().for_each(|topic| live.json(topic, times, &serde_json::json!({})).unwrap());
+            live.tick(at_ns + 100_000_000).unwrap();
+        }
+    });
+    let megabytes_per_hour = 2.0 * memory.bytes_current as f64 / 1e6;
+    eprintln!("{megabytes_per_hour:.1} MB kept for an hour, at most {:.1} MB", 2.0 * memory.bytes_max as f64 / 1e6);
+    assert!(megabytes_per_hour < 40.0, "{megabytes_per_hour} MB for an hour");
 }

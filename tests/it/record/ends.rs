@@ -37,9 +37,12 @@ fn as_a_child_it_is_the_command() {
     std::process::exit(i32::from(code));
 }
 
+/// The test that is the command.
+const CHILD: [&str; 3] = ["--exact", "record::ends::as_a_child_it_is_the_command", "--nocapture"];
+
 fn child(words: &[&str]) -> Child {
     Command::new(std::env::current_exe().unwrap())
-        .args(["--exact", "record::ends::as_a_child_it_is_the_command", "--nocapture"])
+        .args(CHILD)
         .env(WORDS, words.join("\n"))
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
@@ -101,13 +104,18 @@ fn path(shell: &Shell, name: &str) -> String {
 
 #[test]
 fn a_peer_that_is_interrupted_finishes_its_file() {
+    // A terminal that goes away hangs up.
+    ["-INT", "-HUP"].into_iter().for_each(interrupted);
+}
+
+fn interrupted(signal: &str) {
     let (shell, listen, sensor) = (Shell::new(), free(), socket());
     cell(&shell, listen, sensor.local_addr().unwrap());
     let (toml, output) = (path(&shell, "cell.toml"), path(&shell, "s.mcap"));
     let mut child = child(&["record", "--cell", &toml, "--kind", "free-flight", "-o", &output]);
     let _err = ready(&mut child);
     let (_, frames) = drive(listen.port(), &sensor, 300_000_000);
-    let out = end(&mut child, "-INT");
+    let out = end(&mut child, signal);
     assert!(out.contains(&format!("chaser: {frames} frames, {frames} replies")), "{out}");
     assert_eq!(whole(&shell).measured.unwrap().value.len(), frames);
 }
@@ -166,4 +174,23 @@ fn a_tap_whose_pipe_stays_open_finishes_its_file() {
     assert_eq!(session.grade, Grade::A, "{:?}", session.findings);
     let frames = session.measured.unwrap().value.len();
     assert!(frames > 20 && frames < truth.measured.unwrap().value.len(), "{frames}");
+}
+
+#[test]
+fn a_limit_on_the_length_of_files_is_an_error_with_words() {
+    let shell = Shell::new();
+    let (pcap, output) = (path(&shell, "c.pcap"), path(&shell, "s.mcap"));
+    std::fs::write(&pcap, capture(&impact()).pcap()).unwrap();
+    let words = ["record", "--as", "tap", "--pcap", &pcap, "--cell", "bench", "--kind", "impact", "-o", &output];
+    // Blocks of 512 or 1024 bytes, as the shell has it.
+    let ran = Command::new("sh")
+        .args(["-c", "ulimit -f 16; exec \"$0\" \"$@\""])
+        .arg(std::env::current_exe().unwrap())
+        .args(CHILD)
+        .env(WORDS, words.join("\n"))
+        .output()
+        .unwrap();
+    let err = String::from_utf8_lossy(&ran.stderr);
+    assert_eq!(ran.status.code(), Some(2), "{:?} {err}", ran.status);
+    assert!(err.contains("File too large") && err.contains("ulimit -f"), "{err}");
 }

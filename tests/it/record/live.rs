@@ -219,6 +219,11 @@ fn a_proxy_passes_every_byte_on_and_says_what_it_costs() {
             sensor.send_to(&sample, asked_by).unwrap();
             let length = client.recv(&mut buffer).unwrap();
             assert_eq!(buffer[..length], sample);
+            if nth == 20 {
+                client.send_to(&[0x12, 0x34, 0, 0x42, 0, 0, 0, 0], sensor_side).unwrap();
+                let length = sensor.recv(&mut buffer).unwrap();
+                assert_eq!(buffer[..length], [0x12, 0x34, 0, 0x42, 0, 0, 0, 0]);
+            }
         }
     });
     let mut out = Vec::new();
@@ -231,6 +236,8 @@ fn a_proxy_passes_every_byte_on_and_says_what_it_costs() {
     others.join().unwrap();
     let (_, summary) = recorder.finish().unwrap();
     assert_eq!((summary.robots[0].1, summary.robots[0].2, summary.samples), (CYCLES, CYCLES, CYCLES));
+    let asked = |class: &str| summary.events.get(&("ft".to_owned(), class.to_owned())).copied();
+    assert_eq!((asked("ft-start"), asked("ft-bias-set"), summary.biases), (Some(1), Some(1), 1));
     for latency in [&proxy.to_pc, &proxy.to_robot, &proxy.from_sensor] {
         let spread = latency.spread().unwrap();
         assert_eq!(spread.count, CYCLES);

@@ -56,17 +56,38 @@ impl Capture {
         self.0.push((at_ns, packet));
     }
 
+    /// A whole message on a connection, the first that the capture has of it.
+    pub fn tcp(&mut self, at_ns: i64, from: &str, to: &str, payload: &[u8]) {
+        self.udp(at_ns, from, to, payload);
+        let (_, packet) = self.0.last_mut().unwrap();
+        packet[9] = 6;
+        packet.truncate(24);
+        packet[2..4].copy_from_slice(&(payload.len() as u16 + 40).to_be_bytes());
+        packet.extend([0, 0, 0, 1, 0, 0, 0, 1, 5 << 4, 0x18, 1, 0, 0, 0, 0, 0]);
+        packet.extend(payload);
+    }
+
+    /// Each packet becomes the first piece of a longer one.
+    pub fn fragment(&mut self) {
+        self.0.iter_mut().for_each(|(_, packet)| packet[6] = 0x20);
+    }
+
     /// The file: pcap with nanoseconds, raw IP.
     pub fn pcap(&mut self) -> Vec<u8> {
+        self.pcap_of(usize::MAX)
+    }
+
+    /// The same with a snapshot length.
+    pub fn pcap_of(&mut self, most: usize) -> Vec<u8> {
         self.0.sort_by_key(|(at_ns, _)| *at_ns);
         let word = |value: u32| value.to_le_bytes();
         let mut file = [0xa1b2_3c4d, 0x0004_0002, 0, 0, 65_535, 101].map(word).concat();
         for (at_ns, packet) in &self.0 {
-            let length = packet.len() as u32;
-            file.extend(
-                [(at_ns / 1_000_000_000) as u32, (at_ns % 1_000_000_000) as u32, length, length].map(word).concat(),
-            );
-            file.extend(packet);
+            let kept = &packet[..packet.len().min(most)];
+            let lengths = [kept, packet].map(|bytes| bytes.len() as u32);
+            let times = [(at_ns / 1_000_000_000) as u32, (at_ns % 1_000_000_000) as u32];
+            file.extend([times, lengths].concat().into_iter().flat_map(word));
+            file.extend(kept);
         }
         file
     }

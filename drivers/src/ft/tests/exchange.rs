@@ -1,6 +1,6 @@
 //! Host and device talk: starting, silence, bias, a client that takes the stream away, and a round trip in every protocol.
 
-use super::super::{Device, Disturbance, Event, Sensor};
+use super::super::{Device, Disturbance, Event, Sensor, netft_tcp};
 use super::{EVERY, classes, hear, millis, pair, samples};
 use std::net::SocketAddr;
 
@@ -144,16 +144,52 @@ fn a_bias_is_asked_for_and_said() {
     wire.drain(..).for_each(|piece| sensor.receive(millis(1), &piece, &mut events));
     events.clear();
     sensor.bias(true, &mut out, &mut events).unwrap();
-    assert_eq!(classes(&events), "ft-bias");
+    assert_eq!(classes(&events), "ft-bias-set");
     out.drain(..).for_each(|request| device.receive(millis(0), &request, &mut wire));
     device.sample([1.0, 2.0, 4.0], [0.5; 3], &mut wire);
     // Two packets of the old stream were still under way.
     late.iter().chain(&wire).for_each(|piece| sensor.receive(millis(2), piece, &mut events));
-    assert_eq!(classes(&events), "ft-bias ft-sample ft-sample ft-sample", "the count that begins anew was asked for");
+    assert_eq!(
+        classes(&events),
+        "ft-bias-set ft-sample ft-sample ft-sample",
+        "the count that begins anew was asked for"
+    );
     let got = samples(&events);
     assert_eq!((got[1].force_n, got[2].force_n), ([1.0, 2.0, 3.0], [0.0, 0.0, 1.0]));
     assert_eq!((got[1].sequence, got[2].sequence), (Some(5), Some(1)));
     assert!(sensor.bias(false, &mut out, &mut events).is_err(), "RDT cannot take it back");
+}
+
+#[test]
+fn what_others_ask_is_overheard() {
+    let rdt = |code: u8, number: u8| vec![0x12, 0x34, 0, code, 0, 0, 0, number];
+    let schunk = |command: u8| vec![0xff, 0xff, 1, 0, 1, 0, command];
+    let cases: [(&str, Vec<Vec<u8>>, &str); 3] = [
+        (
+            RDT,
+            [0, 2, 3, 0x41, 0x42, 0x77].map(|code| rdt(code, 0)).to_vec(),
+            "ft-stop ft-start ft-start ft-latch-reset ft-bias-set",
+        ),
+        (
+            "protocol = 'optoforce'\nrate_hz = 1000",
+            vec![rdt(0x42, 255), rdt(0x42, 0), rdt(2, 0), rdt(0x82, 10), rdt(0x82, 0), vec![1, 2]],
+            "ft-bias-set ft-bias-cleared ft-start ft-stop",
+        ),
+        (
+            "protocol = 'schunk'",
+            vec![[schunk(0x40), schunk(0x12)].concat(), schunk(0x13), schunk(0x41), schunk(0x30)],
+            "ft-start ft-bias-set ft-bias-cleared ft-stop",
+        ),
+    ];
+    for (text, requests, wanted) in cases {
+        let (mut sensor, _) = pair(text);
+        let mut events = Vec::new();
+        requests.iter().for_each(|request| sensor.overhear(request, &mut events));
+        assert_eq!(classes(&events), wanted, "{text}");
+    }
+    let beside = netft_tcp::Request::Reading { conditions: 0, bias: true, clear_latch: true }.encode();
+    assert_eq!(classes(&netft_tcp::overhear(&beside)), "ft-bias-set ft-latch-reset");
+    assert_eq!(netft_tcp::overhear(&netft_tcp::Request::Calibration.encode()), []);
 }
 
 #[test]

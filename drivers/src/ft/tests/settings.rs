@@ -25,6 +25,8 @@ fn every_protocol_has_a_name() {
     let transport = |text: &str| settings(text).transport();
     assert_eq!((transport(EVERY[0].1), transport("protocol = 'bota'")), (Transport::Udp, Transport::Stream));
     assert_eq!((transport(JR3), transport(SRI)), (Transport::Udp, Transport::Stream));
+    assert_eq!(transport("protocol = 'schunk'"), Transport::Split { samples_port: 54843 });
+    assert_eq!(transport("protocol = 'schunk'\nsamples_port = 7"), Transport::Split { samples_port: 7 });
 }
 
 #[test]
