@@ -41,9 +41,8 @@ pub fn settled(mut case: Case, model: &Model, effects: &[Chosen]) -> Case {
         return case;
     }
     let is_impact = case.is_impact() && !model.moves_command();
-    if !case.missing.any()
-        && !(is_impact && !closes(closure_m(model, &case, effects, 1.0), rounding_m(&case, case.commanded.len())))
-    {
+    let is_whole = |case: &Case| closes(closure_m(model, case, effects, 1.0), rounding_m(case, case.commanded.len()));
+    if !case.missing.any() && (!is_impact || is_whole(&case)) {
         return case;
     }
     case.settled.held = case.missing.command.iter().map(|has| *has == Has::Nothing).collect();
@@ -205,9 +204,9 @@ fn refill(commanded: &mut [AxisMotion], trusted: impl Fn(usize) -> bool) {
         let end = commanded[tick].position_m;
         if let Some(from) = before {
             let begin = commanded[from].position_m;
-            for gap in from + 1..tick {
-                commanded[gap].position_m = begin + (end - begin) * (gap - from) as f64 / (tick - from) as f64;
-            }
+            let share = |gap: usize| gap as f64 / (tick - from) as f64;
+            let between = commanded[from + 1..tick].iter_mut();
+            between.zip(1..).for_each(|(motion, gap)| motion.position_m = begin + (end - begin) * share(gap));
         }
         before = Some(tick);
     }
