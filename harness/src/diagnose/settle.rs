@@ -24,9 +24,11 @@ use sim_core::space::AxisMotion;
 
 /// Most cycles in a row that the robot may have held.
 const HELD_MAX: usize = 8;
-/// Share of the cycles, and number of them, that may be left out for what no gap shows: beyond, it is no accident but how the cell
-/// is, and belongs to the effects. Chosen.
+/// Share of the cycles, and number of them, that may be left out for what no gap shows. With more lost answers the blocks start
+/// from the command as it is recorded: that is no accident but how the cell is, and belongs to the effects. Chosen.
 const ACCIDENTS: (f64, usize) = (0.02, 8);
+/// Share of the cycles whose answer may have got lost so that the software is still judged. Chosen.
+const UNHEARD_MAX: f64 = 0.2;
 /// A path is another one from here on, a twentieth of a read-out's noise, in m.
 const APART_M: f64 = 1e-6;
 /// For how long after that an unknown path stays left out: a delay that the model lacks shifts it. Chosen, in s.
@@ -39,9 +41,8 @@ pub fn settled(mut case: Case, model: &Model, effects: &[Chosen]) -> Case {
         return case;
     }
     let is_impact = case.is_impact() && !model.moves_command();
-    if !case.missing.any()
-        && !(is_impact && !closes(closure_m(model, &case, effects, 1.0), rounding_m(&case, case.commanded.len())))
-    {
+    let is_whole = |case: &Case| closes(closure_m(model, case, effects, 1.0), rounding_m(case, case.commanded.len()));
+    if !case.missing.any() && (!is_impact || is_whole(&case)) {
         return case;
     }
     case.settled.held = case.missing.command.iter().map(|has| *has == Has::Nothing).collect();
@@ -71,48 +72,51 @@ pub fn cases<'s>(
 
 /// Looks for what no gap shows; a recording of which that would be too much stays as it was.
 fn search(model: &Model, case: &mut Case, effects: &[Chosen]) {
-    let (before, late) = (case.settled.clone(), case.missing.clone());
-    let most = ACCIDENTS.1.max((ACCIDENTS.0 * case.commanded.len() as f64) as usize);
-    let mut accidents = 0;
-    loop {
-        let judged = Judged::of(model, case, effects);
-        let Some(first) = judged.first_unbalanced(case) else { break };
-        let more = next(model, case, effects, first);
-        accidents += more;
-        if more == 0 || accidents > most {
-            (case.settled, case.missing) = (before, late);
+    let (before, missing) = (case.settled.clone(), case.missing.clone());
+    let cycles = case.commanded.len() as f64;
+    let most = ACCIDENTS.1.max((ACCIDENTS.0 * cycles) as usize);
+    let mut left_out = 0;
+    while let Some(first) = Judged::of(model, case, effects).first_unbalanced(case) {
+        let unheard = case.settled.unheard.len();
+        let is_explained = explain(model, case, effects, first);
+        left_out += usize::from(case.settled.unheard.len() == unheard);
+        let is_too_much = left_out > most || case.settled.unheard.len() as f64 > UNHEARD_MAX * cycles;
+        if !is_explained || is_too_much {
+            (case.settled, case.missing) = (before, missing);
             return;
         }
     }
-    // What is known for sure is so for the blocks too.
-    *case = held(case);
+    if case.settled.unheard.len() <= most {
+        // What is known for sure is so for the blocks too.
+        *case = held(case);
+    }
 }
 
-/// Explains the first tick that does not balance; how many cycles that takes, none if it cannot.
-fn next(model: &Model, case: &mut Case, effects: &[Chosen], first: usize) -> usize {
+/// Explains the first tick that does not balance, if it can.
+fn explain(model: &Model, case: &mut Case, effects: &[Chosen], first: usize) -> bool {
     for tick in [first, first - 1] {
         let Some(sample) = sample_of(case, tick) else { continue };
         if case.missing.late.get(sample) == Some(&true) && case.missing.reading[sample] == Has::Sample {
             case.missing.reading[sample] = Has::AfterGap;
-            return 1;
+            return true;
         }
     }
     if let Some(again) = (first..=first + 1).find(|tick| is_again(case, *tick)) {
         case.missing.command[again] = Has::Nothing;
         case.missing.command[again + 1] = Has::AfterGap;
         case.settled.held[again] = true;
-        return 1;
+        return true;
     }
     if let Some((from, cycles)) = unheard(model, case, effects, first) {
         case.settled.unheard.extend(from..from + cycles);
-        return cycles;
+        return true;
     }
     let trip = round_trip(model, case, effects) + 4;
     if (first.saturating_sub(trip)..first).any(|tick| lacks(case, tick)) {
         case.settled.resumed.push(first);
-        return 1;
+        return true;
     }
-    0
+    false
 }
 
 /// Whether a command is the one before to the last bit, though the commands move before and after it.
@@ -200,9 +204,9 @@ fn refill(commanded: &mut [AxisMotion], trusted: impl Fn(usize) -> bool) {
         let end = commanded[tick].position_m;
         if let Some(from) = before {
             let begin = commanded[from].position_m;
-            for gap in from + 1..tick {
-                commanded[gap].position_m = begin + (end - begin) * (gap - from) as f64 / (tick - from) as f64;
-            }
+            let share = |gap: usize| gap as f64 / (tick - from) as f64;
+            let between = commanded[from + 1..tick].iter_mut();
+            between.zip(1..).for_each(|(motion, gap)| motion.position_m = begin + (end - begin) * share(gap));
         }
         before = Some(tick);
     }
