@@ -129,7 +129,10 @@ fn sensors_that_are_asked_over_tcp_are_read() {
         with_sensor("protocol = \"bota\"\nrate_hz = 1000", "[[fault]]\nid = \"second-client\"\non = \"ft\"\nat = 9\n");
     let addresses = Addresses { robots: free(&stolen), sensor: "127.0.0.1:0".parse().unwrap(), page: None };
     let mut wires = Wires::bind(&stolen, &addresses, Pace::Virtual { patience: PATIENCE }, PATIENCE).unwrap();
-    let error = run(&stolen, &standard(), &Options { duration_s: 0.8 }, &mut wires).map(drop).unwrap_err().to_string();
+    let error = run(&stolen, &standard(), &Options { duration_s: 0.8, keeps: true }, &mut wires)
+        .map(drop)
+        .unwrap_err()
+        .to_string();
     assert!(error.contains("second-client on ft needs a sensor that is asked by datagrams"), "{error}");
 }
 
