@@ -202,6 +202,8 @@ fn docking(session: &Session, model: &Model) -> Result<Case, Error> {
             command: missing::ticks_of(&commanded.time_ns, start_ns, period.0, ticks),
             pose: missing::ticks_of(&measured.time_ns, start_ns, period.0, ticks),
             reading: of_readings.get(early..).unwrap_or_default().to_vec(),
+            before: ((start_ns - measured.time_ns.first().unwrap_or(&start_ns)).max(0) as f64 / period.0 as f64).round()
+                as usize,
             late: missing::late(
                 &sensed.time_ns,
                 sensed.time_ns[0] + early as i64 * sensor_period.0,

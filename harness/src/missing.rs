@@ -29,6 +29,8 @@ pub struct Missing {
     pub pose: Vec<Has>,
     /// Readings, by tick of the sensor.
     pub reading: Vec<Has>,
+    /// Cycles with a reported pose before the first command: what the robot was told then is not recorded.
+    pub before: usize,
     /// Readings stamped later than their tick by more than [`LATE`] of the sensor's period.
     pub late: Vec<bool>,
 }
@@ -39,7 +41,8 @@ const LATE: f64 = 0.1;
 impl Missing {
     /// Whether anything is.
     pub fn any(&self) -> bool {
-        [&self.command, &self.pose, &self.reading].into_iter().flatten().any(|has| *has != Has::Sample)
+        let all = [&self.command, &self.pose, &self.reading];
+        self.before > 0 || all.into_iter().flatten().any(|has| *has != Has::Sample)
     }
 }
 

@@ -16,13 +16,15 @@ const NAMED_MAX: usize = 3;
 pub struct Gaps {
     /// Cycles of the recording.
     pub cycles: usize,
+    /// Cycles before the first command: what the robot was told then is not recorded.
+    pub before_first: usize,
     /// Times of cycles without a command, in s.
     pub without_command_s: Vec<f64>,
     /// Times of cycles whose command is the one before again, and should not be, in s.
     pub repeated_s: Vec<f64>,
     /// Times of cycles with a command and without a reported pose, in s.
     pub without_pose_s: Vec<f64>,
-    /// Times of cycles whose reading is missing or came late, in s.
+    /// Times of cycles whose reading is missing, came late, or came first after a gap, in s.
     pub without_reading_s: Vec<f64>,
     /// Times of commands that the robot did not get in time, in s.
     pub unheard_s: Vec<f64>,
@@ -45,18 +47,15 @@ impl Gaps {
         let command = |tick: &usize| nothing(&case.missing.command, *tick);
         let recorded = |tick: &usize| case.commanded_known[*tick];
         let pose = |tick: &usize| nothing(&case.missing.pose, *tick) && !command(tick);
-        let late = |sample: usize| case.missing.late.get(sample) == Some(&true);
-        let reading = |tick: &usize| {
-            let has = |sample| case.missing.reading.get(sample).copied().unwrap_or(Has::Sample);
-            sample_of(case, *tick)
-                .is_some_and(|sample| has(sample) == Has::Nothing || (has(sample) == Has::AfterGap && late(sample)))
-        };
+        let has = |sample: usize| case.missing.reading.get(sample).copied().unwrap_or(Has::Sample);
+        let reading = |tick: &usize| sample_of(case, *tick).is_some_and(|sample| has(sample) != Has::Sample);
         let acts: Vec<bool> = felt.iter().map(|balance| balance.felt_n.abs() > 2.0 * FELT_N).collect();
         let all = acts.iter().filter(|acts| **acts).count();
         let shown = acts.iter().zip(judged).filter(|(acts, judged)| **acts && **judged).count();
         let Settled { unheard, resumed, .. } = &case.settled;
         let gaps = Gaps {
             cycles: case.commanded.len(),
+            before_first: case.missing.before,
             without_command_s: ticks.clone().filter(|tick| command(tick) && !recorded(tick)).map(time_s).collect(),
             repeated_s: ticks.clone().filter(|tick| command(tick) && recorded(tick)).map(time_s).collect(),
             without_pose_s: ticks.clone().filter(pose).map(time_s).collect(),
@@ -80,11 +79,13 @@ impl Gaps {
         let of = |times: &[f64], what: &str| {
             (!times.is_empty()).then(|| format!("{} of {} cycles {what} ({})", times.len(), self.cycles, at(times)))
         };
+        let before = (self.before_first > 0).then(|| format!("{} cycles before the first command", self.before_first));
         let parts = [
+            before,
             of(&self.without_command_s, "without a command"),
             of(&self.repeated_s, "whose command is the one before again"),
             of(&self.without_pose_s, "without a reported pose"),
-            of(&self.without_reading_s, "without a reading in time"),
+            of(&self.without_reading_s, "without a reading that is surely its own"),
             of(&self.unheard_s, "whose command did not reach the robot in time"),
             of(&self.resumed_s, "soon after a gap in which the software did what the recording does not explain"),
             of(&self.on_edge_s, "in which the last digit of the pose decides whether a force acts"),

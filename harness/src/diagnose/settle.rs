@@ -11,9 +11,8 @@
 //! An answer that got lost leaves no gap: the command is recorded. The software feels it one round trip later in its own pose.
 //! Not found: one that is lost while the software does not listen to that pose.
 
-use super::score::path_delay_s;
 use super::software::{closes, closure_m};
-use super::stretches::{BEND_M, Judged, held, lacks, rounding_m, sample_of};
+use super::stretches::{BEND_M, Judged, held, lacks, round_trip, rounding_m, sample_of};
 use crate::blocks;
 use crate::case::Case;
 use crate::error::Error;
@@ -27,6 +26,9 @@ const HELD_MAX: usize = 8;
 /// Share of the cycles, and number of them, that may be left out for what no gap shows. With more lost answers the blocks start
 /// from the command as it is recorded: that is no accident but how the cell is, and belongs to the effects. Chosen.
 const ACCIDENTS: (f64, usize) = (0.02, 8);
+/// More cycles that may be left out for each cycle without a command: a controller that is late for some cycles stands in the
+/// recording one cycle late until it has caught up. Chosen.
+const AFTER_EACH: usize = 3;
 /// Share of the cycles whose answer may have got lost so that the software is still judged. Chosen.
 const UNHEARD_MAX: f64 = 0.2;
 /// A path is another one from here on, a twentieth of a read-out's noise, in m.
@@ -75,12 +77,14 @@ fn search(model: &Model, case: &mut Case, effects: &[Chosen]) {
     let (before, missing) = (case.settled.clone(), case.missing.clone());
     let cycles = case.commanded.len() as f64;
     let most = ACCIDENTS.1.max((ACCIDENTS.0 * cycles) as usize);
+    let without_command = case.missing.command.iter().filter(|has| **has == Has::Nothing).count();
+    let left_out_most = most + AFTER_EACH * without_command;
     let mut left_out = 0;
     while let Some(first) = Judged::of(model, case, effects).first_unbalanced(case) {
         let unheard = case.settled.unheard.len();
         let is_explained = explain(model, case, effects, first);
         left_out += usize::from(case.settled.unheard.len() == unheard);
-        let is_too_much = left_out > most || case.settled.unheard.len() as f64 > UNHEARD_MAX * cycles;
+        let is_too_much = left_out > left_out_most || case.settled.unheard.len() as f64 > UNHEARD_MAX * cycles;
         if !is_explained || is_too_much {
             (case.settled, case.missing) = (before, missing);
             return;
@@ -136,11 +140,6 @@ fn is_again(case: &Case, tick: usize) -> bool {
         && moves(here, after)
 }
 
-/// Ticks from a command to its report.
-fn round_trip(model: &Model, case: &Case, effects: &[Chosen]) -> usize {
-    libm::ceil(path_delay_s(model, effects) / case.rates.loop_period.seconds()).max(0.0) as usize
-}
-
 /// From which tick on, and for how many, the robot must have held so that the commands follow.
 fn unheard(model: &Model, case: &Case, effects: &[Chosen], first: usize) -> Option<(usize, usize)> {
     if !model.hears_pose() {
@@ -176,6 +175,15 @@ fn leave_out(model: &Model, case: &mut Case, effects: &[Chosen]) {
     let unknown_path = lasting(achieved, LATER_S / step_s);
     for (known, unknown) in case.measured_m.known.iter_mut().zip(unknown_pose) {
         *known &= !unknown;
+    }
+    if case.missing.before > 0 {
+        // What the robot was told before the first command is still on its way.
+        let first = round_trip(model, case, effects) + 2;
+        case.measured_m.known.iter_mut().take(first).for_each(|known| *known = false);
+        let until_s = model.timing.command_delay_s + 2.0 * case.rates.loop_period.seconds() + LATER_S;
+        let early = |sample: &usize| case.sensor_time_s(*sample) < until_s;
+        let early = (0..case.sensed_n.known.len()).take_while(early).count();
+        case.sensed_n.known.iter_mut().take(early).for_each(|known| *known = false);
     }
     for sample in 0..case.sensed_n.known.len() {
         let step = libm::round(case.sensor_time_s(sample) / step_s).max(0.0) as usize;

@@ -8,6 +8,7 @@
 //! Not covered: a compensation that moves the command, which then does not tell where the satellites are.
 
 use super::gaps::Gaps;
+use super::score::path_delay_s;
 use super::software::{Balance, Inputs, balances, recomputed};
 use crate::case::{Case, Settled};
 use crate::missing::Has;
@@ -50,6 +51,11 @@ pub(super) fn lacks(case: &Case, tick: usize) -> bool {
 pub(super) fn sample_of(case: &Case, tick: usize) -> Option<usize> {
     let since = tick as i64 * case.rates.loop_period.0 - case.rates.sensor_phase.0;
     usize::try_from(since.div_euclid(case.rates.sensor_period.0)).ok()
+}
+
+/// Ticks from a command to its report.
+pub(super) fn round_trip(model: &Model, case: &Case, effects: &[Chosen]) -> usize {
+    libm::ceil(path_delay_s(model, effects) / case.rates.loop_period.seconds()).max(0.0) as usize
 }
 
 /// Which ticks of a recording can be judged.
@@ -168,6 +174,10 @@ fn unsure(model: &Model, case: &Case, inputs: &Inputs<'_>) -> Vec<bool> {
         // The speed of the reported pose takes the one before too.
         let pose = !model.hears_pose() || (tick.saturating_sub(1)..=tick).all(|tick| has(&case.missing.pose, tick));
         *unsure |= !(reading && pose);
+    }
+    if case.missing.before > 0 && model.hears_pose() {
+        let first = round_trip(model, case, inputs.effects) + 2;
+        unsure.iter_mut().take(first).for_each(|unsure| *unsure = true);
     }
     if !case.missing.any() {
         return unsure;
