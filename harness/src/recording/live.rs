@@ -4,7 +4,8 @@
 //! system in one piece. What the system has is safe from the end of the program, not from the end of the power. A file that
 //! ends early has no summary; the reader recovers it chunk by chunk (grade B).
 //!
-//! Memory: one chunk, and for the summary at the end some 300 bytes for each chunk: 11 MB for an hour.
+//! Memory: one chunk, and for the summary at the end an entry for each chunk, longer by each topic in it: 12 MB for an hour of five
+//! topics, counted at the allocator; a whole process was seen to grow by 26 MB.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
