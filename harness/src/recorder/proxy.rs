@@ -151,11 +151,14 @@ impl Proxy {
                 sockets.extend([&sensor.near as &dyn AsFd, &sensor.far]);
             }
             wait(&sockets, WAIT).map_err(|error| Error::new(format!("waiting for the network failed: {error}")))?;
-            for robot in 0..self.robots.len() {
-                self.forth(robot, devices, clock)?;
+            // A reading that was sent before a frame is there when the frame is, and is passed on before it.
+            let frames = (0..self.robots.len()).map(|robot| self.heard(robot, devices, clock));
+            let frames: Vec<_> = frames.collect::<Result<_, _>>()?;
+            self.sensor(devices, clock)?;
+            for (robot, arrivals) in frames.into_iter().enumerate() {
+                self.forth(robot, &arrivals, devices, clock)?;
                 self.back(robot, devices, clock)?;
             }
-            self.sensor(devices, clock)?;
             let now = clock();
             // A proxy asks the sensor nothing.
             devices.tick(now);
@@ -171,15 +174,28 @@ impl Proxy {
         Ok(())
     }
 
-    /// From the robot to the PC.
-    fn forth(&mut self, nth: usize, devices: &mut Devices, clock: Clock<'_>) -> Result<(), Error> {
+    /// What has come from the robot.
+    fn heard(&mut self, nth: usize, devices: &mut Devices, clock: Clock<'_>) -> Result<Vec<Arrival>, Error> {
         let robot = &mut self.robots[nth];
-        let (mut arrivals, mut said) = (Vec::new(), Vec::new());
+        let mut arrivals = Vec::new();
         if robot.near.receive(clock, &mut arrivals)? {
             devices.connected(nth);
             robot.connect(clock, devices);
         }
-        for arrival in &arrivals {
+        Ok(arrivals)
+    }
+
+    /// From the robot to the PC.
+    fn forth(
+        &mut self,
+        nth: usize,
+        arrivals: &[Arrival],
+        devices: &mut Devices,
+        clock: Clock<'_>,
+    ) -> Result<(), Error> {
+        let robot = &mut self.robots[nth];
+        let mut said = Vec::new();
+        for arrival in arrivals {
             if let Arrival::Bytes { at, bytes, .. } = arrival {
                 robot.far.send(clock, bytes, &mut said)?;
                 self.to_pc.add(*at, clock());
@@ -188,7 +204,7 @@ impl Proxy {
         if arrivals.iter().any(is_end) {
             robot.far.hang_up();
         }
-        for arrival in &arrivals {
+        for arrival in arrivals {
             take(nth, arrival, robot.near.is_stream(), devices);
         }
         arrivals.iter().chain(&said).for_each(|arrival| note(&robot.name, arrival, devices));
