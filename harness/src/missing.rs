@@ -31,7 +31,7 @@ pub struct Missing {
     pub reading: Vec<Has>,
     /// Cycles with a reported pose before the first command: what the robot was told then is not recorded.
     pub before: usize,
-    /// Readings stamped later than their tick by more than [`LATE`] of the sensor's period.
+    /// Readings stamped later than their tick by more than a tenth of the sensor's period.
     pub late: Vec<bool>,
 }
 

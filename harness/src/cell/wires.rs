@@ -14,7 +14,7 @@
 //! In virtual time a controller is quick: of several frames for one robot, each is answered before the next is sent. An answer that
 //! comes a second time goes nowhere then, since when it comes is chance; in real time it goes to the robot, as on a network.
 //!
-//! Sensors are reached as their protocol has it ([`super::sensor_link`]). Over TCP the cell connects when the controller has asked
+//! Sensors are reached as their protocol has it (`sensor_link`). Over TCP the cell connects when the controller has asked
 //! the sensor for its stream, and tries again until somebody listens.
 
 use super::clock::WallClock;
