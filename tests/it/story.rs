@@ -109,16 +109,7 @@ fn groups() -> Vec<Group> {
 }
 
 fn note(file: &str, role: &'static str, kind: Kind) -> SessionNote {
-    let closed = Software {
-        rounding_m: 0.0,
-        closure_m: Some(2.2e-14),
-        closure_found_m: None,
-        clock_offset_s: 0.0,
-        mass_ratio: 1.0,
-        bias_error_n: 0.0,
-        pose_delay_s: None,
-        gaps: None,
-    };
+    let closed = Software { closure_m: Some(2.2e-14), ..Software::not_examined() };
     SessionNote {
         file: file.into(),
         role,

@@ -112,16 +112,7 @@ fn session(file: &str, stream: usize) -> SessionComparison {
         grade: Grade::A,
         kind: Kind::Impact,
         verdict: Verdict::Outside,
-        software: Software {
-            rounding_m: 0.0,
-            closure_m: Some(2e-14),
-            closure_found_m: None,
-            clock_offset_s: 0.0,
-            mass_ratio: 1.0,
-            bias_error_n: 0.0,
-            pose_delay_s: None,
-            gaps: None,
-        },
+        software: Software { closure_m: Some(2e-14), ..Software::not_examined() },
         software_sentence: "our software, recomputed from the recorded force, gives the recorded commands to 2e-14 m"
             .into(),
         fitted: vec![fitted("force offset", "N", 0.012, 0.03), fitted("stiffness", "1", 0.0294, 0.01)],
