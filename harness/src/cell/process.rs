@@ -4,7 +4,7 @@ use crate::error::Error;
 use nix::sys::signal::{Signal, killpg};
 use nix::unistd::Pid;
 use std::io::Read;
-use std::os::unix::process::CommandExt as _;
+use std::os::unix::process::{CommandExt as _, ExitStatusExt as _};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
@@ -31,6 +31,8 @@ pub struct Started {
 pub struct Ended {
     /// Its exit code, if it ended by itself and not by a signal.
     pub code: Option<i32>,
+    /// The signal that ended it, ours or another's.
+    pub signal: Option<i32>,
     /// Whether it had to be stopped.
     pub was_stopped: bool,
     /// The end of what it printed on both its streams.
@@ -104,6 +106,7 @@ impl Started {
         }
         self.kill();
         let code = self.status.and_then(|status| status.code());
+        let signal = self.status.and_then(|status| status.signal());
         // A program that left its group may hold the streams open: what has come until then is kept.
         let mut looks = DRAIN.as_millis() / LOOK.as_millis();
         while !self.readers.iter().all(JoinHandle::is_finished) && looks > 0 {
@@ -111,7 +114,18 @@ impl Started {
             looks -= 1;
         }
         let output = self.output.lock().map(|kept| kept.text()).unwrap_or_default();
-        Ended { code, was_stopped, output }
+        Ended { code, signal, was_stopped, output }
+    }
+}
+
+impl Ended {
+    /// How it failed by itself, in words.
+    pub fn failure(&self) -> Option<String> {
+        match (self.was_stopped, self.code, self.signal) {
+            (false, Some(code), _) if code != 0 => Some(format!("ended with code {code}")),
+            (false, None, Some(signal)) => Some(format!("was ended by signal {signal}")),
+            _ => None,
+        }
     }
 }
 
@@ -204,6 +218,9 @@ mod tests {
         let shell = |script: &str| Started::start(&["sh".to_owned(), "-c".to_owned(), script.to_owned()]).unwrap();
         let ended = shell("echo here; echo there >&2; exit 3").stop(Duration::from_secs(20));
         assert_eq!((ended.code, ended.was_stopped), (Some(3), false));
+        assert_eq!(ended.failure().as_deref(), Some("ended with code 3"));
+        let killed = shell("kill -9 $$").stop(Duration::from_secs(20));
+        assert_eq!(killed.failure().as_deref(), Some("was ended by signal 9"), "{killed:?}");
         assert!(ended.output.contains("here") && ended.output.contains("there"), "{ended:?}");
         let ended = shell("exec sleep 1000").stop(Duration::ZERO);
         assert_eq!((ended.code, ended.was_stopped), (None, true));

@@ -263,6 +263,10 @@ impl Run<'_> {
             answers.requests.drain(..).for_each(|request| cell.request(&request, &mut packets));
             cell.begin(&mut packets);
             peer.exchange(&cell.moment(), &packets, &mut answers)?;
+            if answers.interrupted {
+                // A signal cut this cycle short: nobody is judged by it.
+                break;
+            }
             // Which socket is read first is nobody's business: answers count robot by robot, the probe's last.
             answers.replies.sort_by_key(|(nth, _)| (*nth == probe, *nth));
             let print = packets.iter().fold(SEED, |print, packet| hashed(print, &packet.bytes));

@@ -360,7 +360,7 @@ impl Wires {
             let left = end - self.clock.now();
             if !waits || answers.gone || answers.interrupted || left.0 <= 0 {
                 let given_up = self.robots[robots].iter_mut().filter_map(|robot| robot.waiting.give_up().then_some(()));
-                let given_up = given_up.count() as u64;
+                let given_up = given_up.count() as u64 * u64::from(!answers.interrupted);
                 self.timing.late_or_missing += given_up;
                 self.silent = if given_up > 0 { self.silent + 1 } else { 0 };
                 if let (Pace::Virtual { patience }, 1..) = (self.pace, self.silent) {

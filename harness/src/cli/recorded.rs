@@ -37,6 +37,10 @@ pub(super) fn kind(text: &str) -> Result<Kind, String> {
 
 /// A capture.
 pub(super) fn open(path: &Path) -> Result<File, Error> {
+    if path.is_dir() {
+        let help = "name the pcap or pcapng in it";
+        return Err(Error::new("is a folder, expected a capture").file(path).help(help));
+    }
     File::open(path).map_err(|error| {
         Error::new(format!("cannot read the capture: {error}")).file(path).help("check the path of the capture")
     })

@@ -117,15 +117,16 @@ impl Arguments {
         if !ended.output.is_empty() {
             console.say(&format!("the controller printed:\n{}\n", ended.output.trim_end()));
         }
-        let code = ended.code.filter(|code| *code != 0 && !ended.was_stopped);
-        let with_code = |error: Error| match code {
-            Some(code) => error.help(format!("it ended with code {code}; its output is above")),
+        let failure = ended.failure();
+        let said = if ended.output.is_empty() { "it printed nothing" } else { "its output is above" };
+        let with_failure = |error: Error| match &failure {
+            Some(failure) => error.help(format!("it {failure}; {said}")),
             None => error,
         };
-        let ran = ran.map_err(with_code)?;
-        let complaint = code.map(|code| {
-            let what = format!("the controller ended with code {code} in cycle {} of {}", ran.cycles, ran.planned);
-            Error::new(what).place("argument --controller").help("its output is above")
+        let ran = ran.map_err(with_failure)?;
+        let complaint = failure.as_ref().map(|failure| {
+            let what = format!("the controller {failure} in cycle {} of {}", ran.cycles, ran.planned);
+            Error::new(what).place("argument --controller").help(said)
         });
         Ok(Tested { ran, timing: self.timed.real_time.then_some(timing), complaint })
     }
