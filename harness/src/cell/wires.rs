@@ -44,6 +44,9 @@ use std::time::Duration;
 /// How long one look at the sockets may take, so that a controller that has died is noticed.
 const LOOK: Duration = Duration::from_millis(50);
 
+/// How long an answer is waited for awake, in virtual time. Chosen: longer than a controller takes that waits for nobody else.
+const AWAKE: Nanos = Nanos(300_000);
+
 /// How long an answer to a frame is waited for that a fault has changed. Below the 100 ms after which a sensor's reader takes its
 /// stream for dead and starts it again, so that such a wait shows in nothing else.
 const DOUBT: Duration = Duration::from_millis(50);
@@ -221,7 +224,18 @@ impl Wires {
         let robots = self.robots.iter().filter_map(|robot| robot.link.socket());
         let page = self.page.iter().map(|page| page.listener() as &dyn AsFd);
         let sockets: Vec<&dyn AsFd> = robots.chain([self.sensor.socket()]).chain(page).collect();
-        wait(&sockets, limit.min(LOOK)).map_err(|error| Error::new(format!("cannot wait for the sockets: {error}")))?;
+        let failed = |error| Error::new(format!("cannot wait for the sockets: {error}"));
+        let mut is_there = false;
+        if let Pace::Virtual { .. } = self.pace {
+            // Whoever sleeps is woken late: a quick answer is met awake, and others may run meanwhile.
+            while !is_there && self.clock.now() - before < AWAKE {
+                is_there = wait(&sockets, Duration::ZERO).map_err(failed)?.contains(&true);
+                std::thread::yield_now();
+            }
+        }
+        if !is_there {
+            wait(&sockets, limit.min(LOOK)).map_err(failed)?;
+        }
         self.waited_ns += (self.clock.now() - before).0;
         let clock = self.clock;
         let now = || clock.now();
