@@ -19,6 +19,7 @@
 //! | `fault_list` | the faults of the wire as text |
 //! | `run`, `page` | one run: the cell and whoever is at the other end; and how it is shown |
 //! | `wires`, `waiting`, `timing`, `serve`, `link`, `process`, `clock` | the same over real sockets, with a program that is started and watched |
+//! | `sensor_link` | the sockets of a sensor, on both sides, as its protocol has them |
 //! | `net_faults`, `intruder` | what only sockets get wrong: strangers, closed ports, a second client |
 //! | `page_server`, `page_reader` | the sensor's page, and the computer that reads it |
 //!
