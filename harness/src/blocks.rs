@@ -210,6 +210,14 @@ pub fn drive_rig(base: &Base) -> DriveAxis {
     }
 }
 
+/// Effects that happen by chance, packet by packet. No block predicts them: a recording tells which packets they were.
+pub const RANDOM: [&str; 2] = ["command-loss", "command-jitter"];
+
+/// Whether an effect happens by chance.
+pub fn is_random(chosen: &Chosen) -> bool {
+    RANDOM.contains(&chosen.kind.id.as_ref())
+}
+
 /// Whether an effect changes the robot's path or its report.
 pub fn is_on_path(wires: &[Wire]) -> bool {
     wires.iter().any(|wire| matches!(wire, Wire::Received | Wire::Achieved | Wire::Measured))
@@ -221,11 +229,11 @@ pub fn is_on_force(wires: &[Wire]) -> bool {
 }
 
 fn attached(effects: &[Chosen], on: fn(&[Wire]) -> bool) -> Vec<Attached<Axis>> {
-    effects.iter().filter(|chosen| on(&chosen.kind.wires)).map(Chosen::attach).collect()
+    effects.iter().filter(|chosen| on(&chosen.kind.wires) && !is_random(chosen)).map(Chosen::attach).collect()
 }
 
 fn start(case: &Case) -> Start<Axis> {
-    // Blocks with clamped inputs are free of randomness: the seed is never drawn from, except by an effect that is random.
+    // Blocks with clamped inputs are free of randomness: the seed is never drawn from.
     Start { first: case.first, from: Nanos(0), until: case.until, noise: SensorNoise::NONE, streams: Streams::new(0) }
 }
 

@@ -52,6 +52,8 @@ pub struct Case {
     pub commanded_known: Vec<bool>,
     /// Reported position at each tick of the loop.
     pub measured_m: Channel,
+    /// Reported rotation about x at each tick of the loop.
+    pub measured_pitch_rad: Vec<f64>,
     /// Velocity of the satellites after each tick; empty where not recorded.
     pub after_m_per_s: Channel,
     /// Raw reading along the axis at each tick of the sensor; positive z of the nozzle frame.
@@ -169,7 +171,8 @@ fn docking(session: &Session, model: &Model) -> Result<Case, Error> {
     );
     let until = Nanos((ticks as i64 * period.0).max(phase + sensed_n.value.len() as i64 * sensor_period.0));
     let speed = (motion[1].position_m - motion[0].position_m) / period.seconds();
-    let measured_m = gridded(measured, |pose| pose.position_m[2], start_ns, period.0, ticks);
+    let measured_m = pose(|pose| pose.position_m[2], measured);
+    let measured_pitch_rad = pose(pitch_rad, measured).value;
     let speed = after_m_per_s.value.first().copied().unwrap_or(speed);
     if came_in_moving(model, &measured_m, motion[0].position_m, speed) {
         // Only the first command needs its velocity: along it the robot came in.
@@ -194,6 +197,7 @@ fn docking(session: &Session, model: &Model) -> Result<Case, Error> {
         command_quantum_m: session.believed_f64_or("command_quantum_m", 0.0)?.max(0.0),
         commanded_known: position.known,
         measured_m,
+        measured_pitch_rad,
         after_m_per_s,
         sensed_n,
         across_n: [without_early(reading(0)), without_early(reading(1))],
@@ -259,6 +263,7 @@ fn drive(session: &Session, model: &Model) -> Result<Case, Error> {
         command_quantum_m: 0.0,
         commanded_known: Vec::new(),
         measured_m,
+        measured_pitch_rad: Vec::new(),
         after_m_per_s: Channel::default(),
         sensed_n: Channel::default(),
         across_n: [Channel::default(), Channel::default()],

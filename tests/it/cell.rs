@@ -1,5 +1,6 @@
 //! The virtual cell: in process and over sockets the same, faults act as they say, and its recordings can be diagnosed.
 
+mod catalogue;
 mod diagnosed;
 mod every_fault;
 mod faults;

@@ -11,6 +11,7 @@ use crate::case::Case;
 use crate::clamp::Clamp;
 use crate::diagnose::noise::Noise;
 use crate::diagnose::problem::{Problem, Trial};
+use crate::diagnose::random::with_packets;
 use crate::diagnose::settle;
 use crate::error::Error;
 use crate::model::{Model, RigKind};
@@ -74,13 +75,15 @@ pub fn compare(request: Request<'_>) -> Result<Comparison, Error> {
     if !known {
         inner.position_floor_m = POSITION_SIGMA_UNKNOWN_M;
     }
+    let trial = Trial { base: Base::of(model), effects };
+    request.clamp.check(&trial.effects)?;
     let problem = match model.rig {
-        RigKind::Docking if request.clamp == Clamp::Commanded => Problem::docking(model, cases, inner),
+        RigKind::Docking if request.clamp == Clamp::Commanded => {
+            with_packets(Problem::docking(model, cases, inner), &trial)
+        }
         RigKind::Docking => Problem::docking(model, cases, inner).clamped(request.clamp),
         RigKind::Drive => Problem::drive(model, &cases, 1, inner),
     };
-    let trial = Trial { base: Base::of(model), effects };
-    request.clamp.check(&trial.effects)?;
     let shared = Shared {
         problem: &problem,
         trial: &trial,

@@ -34,7 +34,8 @@ pub fn signals(problem: &Problem, index: usize, trial: &Trial, clamped: &Clamped
     out.force_model_n = model_n;
     out.force_band_n = 2.0 * problem.noise.force_floor_n;
     let on_path = trial.effects.iter().any(|chosen| blocks::is_on_path(&chosen.kind.wires));
-    let path = on_path.then(|| blocks::path(&problem.model, case, &trial.effects, None));
+    let path =
+        on_path.then(|| blocks::path(&problem.model, case, &trial.effects, problem.runs[index].schedule.as_ref()));
     let path = path.as_ref().unwrap_or_else(|| problem.runs[index].nominal_path());
     out.depth_m = (0..sensed.value.len())
         .map(|tick| {

@@ -24,12 +24,13 @@ fn on_what_is_there(software: &Software) -> String {
         return "no contact with the loop closed: the software block says nothing here".into();
     };
     if software.closes() {
+        let pose = software.other_pose().map_or(String::new(), |words| format!(", {words}"));
         let allowed = match software.rounding_m {
             rounding_m if rounding_m > 0.0 => format!(", and their rounding allows {rounding_m:.1e} m"),
             _ => String::new(),
         };
         return format!(
-            "our software, recomputed from the recorded force, gives the recorded commands to {closure_m:.1e} m{allowed}"
+            "our software, recomputed from the recorded force, gives the recorded commands to {closure_m:.1e} m{allowed}{pose}"
         );
     }
     let mut named = Vec::new();

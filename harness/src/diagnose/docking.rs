@@ -5,21 +5,19 @@ use super::examine::{self, Examined, Shared};
 use super::noise::{Noise, trend};
 use super::problem::{Knob, Nuisance, Problem, Scratch, Trial};
 use super::quality::{self, Block, Channel, Phase};
-use super::random::{Decoded, decode};
+use super::random::{Decoded, decode, with_packets};
 use super::score::{self, Errors};
 use super::search::{Found, Rules, Search};
 use super::settle;
 use super::verdict::{self, Evidence};
 use super::{Outcome, Request};
-use crate::blocks::Base;
+use crate::blocks::{Base, RANDOM};
 use crate::case::Case;
 use crate::error::Error;
 use crate::model::Chosen;
 use crate::recording::{Kind, Session};
 use std::collections::BTreeMap;
 
-/// Effects that are decoded, not fitted.
-const RANDOM: [&str; 2] = ["command-loss", "command-jitter"];
 /// Found by the software block alone, exactly.
 const CLOCK: &str = "clock-offset";
 /// Reading above which the interfaces touch: far above noise, offset and dead band.
@@ -40,8 +38,8 @@ struct Prepared<'a> {
 pub(super) fn diagnose(request: &Request<'_>) -> Result<Outcome, Error> {
     let prepared = prepare(request)?;
     let used: Vec<Case> = prepared.used.iter().map(|&i| prepared.cases[i].clone()).collect();
-    let mut problem = Problem::docking(request.model, used, prepared.noise);
     let start = start(request, &prepared.shared);
+    let mut problem = with_packets(Problem::docking(request.model, used, prepared.noise), &start);
     let (found, decoded) = search(request, prepared.shared.convention.is_some(), &mut problem, &start);
     conclude(request, &prepared, &problem, &found, decoded.as_ref())
 }
@@ -101,6 +99,10 @@ fn search(request: &Request<'_>, mislabelled: bool, problem: &mut Problem, start
     };
     let found = run(problem, start);
     let blocks = quality::all_blocks(problem, &found.best.fit.trial, &found.best.fit.nuisances);
+    if problem.runs.iter().any(|run| run.schedule.is_some()) {
+        // The model as given has such an effect already.
+        return (found, None);
+    }
     let position = blocks.iter().flatten().filter(|block| block.channel == Channel::Position).map(|block| block.chi2);
     let single = single_sample_chi2(problem, &found);
     if quality::average(position).0 <= verdict::Q_MAX && single <= verdict::Q_MAX {
@@ -168,7 +170,7 @@ fn conclude(
     let fit = &found.best.fit;
     let given = request.model.chosen(request.catalog).len();
     let nominal = Trial { base: Base::of(request.model), effects: fit.trial.effects[..given].to_vec() };
-    let declared = declared_links(request, prepared, problem);
+    let declared = declared_links(request, prepared, problem, &nominal);
     let own_before = score::nuisances(&declared, &nominal);
     let before = quality::all_blocks(&declared, &nominal, &own_before);
     let after = quality::all_blocks(problem, &fit.trial, &fit.nuisances);
@@ -182,7 +184,7 @@ fn conclude(
     let tests = settle::cases(request.test, request.model, &effects)?;
     let mut known = fit.trial.effects.clone();
     known.extend(decoded.map(|decoded| decoded.chosen.clone()));
-    let plain = score::problem(request.model, &tests, prepared.noise, &[]);
+    let plain = score::problem(request.model, &tests, prepared.noise, &nominal.effects);
     let full = score::problem(request.model, &tests, prepared.noise, &known);
     let mut steps: Vec<(String, Vec<Errors>)> = Vec::new();
     if let Some(decoded) = decoded {
@@ -240,12 +242,12 @@ fn conclude(
 }
 
 /// The problem on links as they were declared.
-fn declared_links(request: &Request<'_>, prepared: &Prepared<'_>, problem: &Problem) -> Problem {
+fn declared_links(request: &Request<'_>, prepared: &Prepared<'_>, problem: &Problem, nominal: &Trial) -> Problem {
     if problem.runs.iter().all(|run| run.schedule.is_none()) {
         return problem.clone();
     }
     let cases: Vec<Case> = prepared.used.iter().map(|&i| prepared.cases[i].clone()).collect();
-    Problem::docking(request.model, cases, prepared.noise)
+    with_packets(Problem::docking(request.model, cases, prepared.noise), nominal)
 }
 
 fn misfit(blocks: &[Vec<Block>]) -> f64 {

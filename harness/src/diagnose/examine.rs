@@ -35,6 +35,9 @@ pub struct Shared {
     pub convention: Option<String>,
 }
 
+/// Two values differ beyond this many standard deviations.
+const SURE: f64 = 4.0;
+
 /// Ways in which a force stream can be mislabelled.
 const MISLABELLED: [(&str, usize, f64); 5] = [
     ("its sign along z is reversed", 2, -1.0),
@@ -56,9 +59,9 @@ pub fn all(
     let impacts: Vec<usize> = (0..cases.len()).filter(|&i| cases[i].is_impact()).collect();
     // Only what closes the block is an answer; a value that merely balances it better is not.
     let sure = || impacts.iter().filter(|&&i| found[i].is_judged() && found[i].explained());
-    let clock_offset_s = most_common(sure().map(|&i| found[i].clock_offset_s), 0.0);
-    let mass_ratio = most_common(sure().map(|&i| found[i].mass_ratio), 1.0);
-    let mass_kg = most_common(impacts.iter().map(|&i| cases[i].mass_kg), model.plant.mass_kg) * mass_ratio;
+    let clock_offset_s = most_common(sure().map(|&i| (found[i].clock_offset_s, 0.0)), 0.0);
+    let mass_ratio = most_common(sure().map(|&i| (found[i].mass_ratio, found[i].mass_ratio_sd)), 1.0);
+    let mass_kg = most_common(impacts.iter().map(|&i| (cases[i].mass_kg, 0.0)), model.plant.mass_kg) * mass_ratio;
     let unexplained: Vec<usize> = impacts.iter().copied().filter(|&i| !found[i].explained()).collect();
     let convention = if unexplained.len() * 2 > impacts.len() {
         mislabelled(model, cases, &unexplained, effects, delay)
@@ -84,6 +87,7 @@ fn one(session: &Session, case: &Case, software: Software, clock_offset_s: f64, 
         .map(|finding| format!("{}: {}; {}", finding.topic, finding.what, finding.consequence))
         .collect();
     notes.extend(software.gaps.as_ref().map(Gaps::words));
+    notes.extend(software.other_pose().map(|words| format!("the software block closes {words}")));
     if case.is_impact() && !software.closes() {
         if software.explained() && (software.clock_offset_s - clock_offset_s).abs() > 1e-6 {
             let apart_ms = (software.clock_offset_s - clock_offset_s) * 1e3;
@@ -91,7 +95,7 @@ fn one(session: &Session, case: &Case, software: Software, clock_offset_s: f64, 
                 "its force stream is stamped {apart_ms:+.1} ms against the robot's, the others' is not"
             )));
         }
-        if software.explained() && (software.mass_ratio - mass_ratio).abs() > 1e-5 {
+        if software.explained() && (software.mass_ratio - mass_ratio).abs() > 1e-5 + SURE * software.mass_ratio_sd {
             let what = format!(
                 "its record says {:.6} kg, but its commands were made with {:.6} kg",
                 case.mass_kg,
@@ -126,14 +130,17 @@ pub fn words(software: &Software, case: &Case) -> String {
     }
 }
 
-/// The value that most of them share, to rounding; the first of the most frequent.
-fn most_common(values: impl Iterator<Item = f64>, otherwise: f64) -> f64 {
-    let values: Vec<f64> = values.collect();
-    let votes = |value: f64| values.iter().filter(|other| (*other - value).abs() <= 1e-6 * (1.0 + value.abs())).count();
-    let mut best = (0, values.first().copied().unwrap_or(otherwise));
+/// The value that most of them share, to rounding and to how well each is known; the first of the most frequent.
+fn most_common(values: impl Iterator<Item = (f64, f64)>, otherwise: f64) -> f64 {
+    let values: Vec<(f64, f64)> = values.collect();
+    let apart = |(a, sd): (f64, f64), (b, other_sd): (f64, f64)| {
+        (a - b).abs() > 1e-6 * (1.0 + a.abs()) + SURE * (sd + other_sd)
+    };
+    let votes = |value: (f64, f64)| values.iter().filter(|other| !apart(value, **other)).count();
+    let mut best = (0, values.first().map_or(otherwise, |first| first.0));
     for &value in &values {
         if votes(value) > best.0 {
-            best = (votes(value), value);
+            best = (votes(value), value.0);
         }
     }
     best.1

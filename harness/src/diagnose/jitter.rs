@@ -129,36 +129,46 @@ fn due(late: &[f64]) -> Vec<f64> {
     late.iter().enumerate().map(one).collect()
 }
 
-/// Position at `time` on the straight lines, less the one without lateness; the packet that begins the line, the share of the
-/// line that is done, and its slope per tick.
-fn shown(track: &Track<'_>, due: &[f64], packet: usize) -> Option<(f64, usize, f64, f64)> {
-    let time = packet as f64 + track.share;
-    let mut from = packet.min(due.len() - 1);
+/// Position at a report on the straight lines, less the one without lateness; the packet that begins the line, the share of the
+/// line that is done, and its slope per tick. Before the first packet the robot comes in along its velocity, as late as that one.
+fn shown(track: &Track<'_>, due: &[f64], report: usize) -> Option<(f64, usize, f64, f64)> {
+    let time = report as f64 - track.lag as f64 + track.share;
+    let coming_in = track.run.case.first.velocity_m_per_s * track.run.case.rates.loop_period.seconds();
+    let in_time = in_time(track, report).unwrap_or(track.command(0) + coming_in * time);
+    if time <= due[0] {
+        return Some((track.command(0) + coming_in * (time - due[0]) - in_time, 0, 0.0, coming_in));
+    }
+    let mut from = report.saturating_sub(track.lag).min(due.len() - 1);
     while from > 0 && due[from] >= time {
         from -= 1;
     }
     while from + 1 < due.len() && due[from + 1] < time {
         from += 1;
     }
-    if from + 1 >= due.len() || due[from] > time {
+    if from + 1 >= due.len() {
         return None;
     }
     let (begin, end) = (track.command(from), track.command(from + 1));
     let length = due[from + 1] - due[from];
     let done = (time - due[from]) / length;
-    let next = track.command((packet + 1).min(due.len() - 1));
-    let in_time = track.command(packet) + (next - track.command(packet)) * track.share;
     Some((begin + (end - begin) * done - in_time, from, done, (end - begin) / length))
+}
+
+/// Position at a report if every packet were in time; `None` before the first.
+fn in_time(track: &Track<'_>, report: usize) -> Option<f64> {
+    let packet = report.checked_sub(track.lag)?;
+    let next = track.command((packet + 1).min(track.run.case.commanded.len() - 1));
+    Some(track.command(packet) + (next - track.command(packet)) * track.share)
 }
 
 /// Every report that a packet's line can show: its residual, and what the latenesses make of it.
 fn reports<'t>(track: &'t Track<'_>, due: &'t [f64]) -> impl Iterator<Item = (f64, usize, f64, f64)> + 't {
-    let one = move |packet: usize| {
-        let residual = *track.residual_m.get(packet + track.lag)?;
-        let (moved, from, done, slope) = shown(track, due, packet)?;
+    let one = move |report: usize| {
+        let residual = *track.residual_m.get(report)?;
+        let (moved, from, done, slope) = shown(track, due, report)?;
         (!residual.is_nan()).then_some((residual - moved, from, done, slope))
     };
-    (0..due.len()).filter_map(one)
+    (0..due.len() + track.lag).filter_map(one)
 }
 
 fn cost(track: &Track<'_>, sigma: f64, late: &[f64]) -> f64 {

@@ -16,6 +16,7 @@ pub mod gaps;
 mod jitter;
 pub mod noise;
 pub mod nuisance;
+mod paths;
 pub mod problem;
 pub mod quality;
 pub mod random;

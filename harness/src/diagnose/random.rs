@@ -6,8 +6,9 @@
 //! The latenesses of jitter are decoded in `jitter`.
 
 use super::jitter;
-use super::problem::{Problem, Run};
-use crate::blocks::Schedule;
+use super::problem::{Problem, Run, Scratch, Trial};
+use super::score::path_delay_s;
+use crate::blocks::{Schedule, is_random};
 use crate::model::Chosen;
 use sim_core::effect::Kind;
 use sim_core::signals::Received;
@@ -41,6 +42,8 @@ pub(super) struct Track<'a> {
     pub share: f64,
     /// Standard deviation of the report.
     pub sigma_m: f64,
+    /// What the robot goes by at each packet as far as that is known: the last command that it did not miss.
+    going_by: Vec<AxisMotion>,
 }
 
 impl<'a> Track<'a> {
@@ -51,12 +54,18 @@ impl<'a> Track<'a> {
         let ticks = path_delay_s / case.rates.loop_period.seconds();
         // The report at tick n lies between commands n - lag and n - lag + 1.
         let lag = libm::ceil(ticks - 1e-9) as usize;
-        Track { run, residual_m, lag, share: lag as f64 - ticks, sigma_m: problem.noise.position_floor_m }
+        let mut going_by = case.commanded.clone();
+        for packet in 1..going_by.len() {
+            if case.settled.held.get(packet) == Some(&true) {
+                going_by[packet] = going_by[packet - 1];
+            }
+        }
+        Track { run, residual_m, lag, share: lag as f64 - ticks, sigma_m: problem.noise.position_floor_m, going_by }
     }
 
     /// Position that a packet asks for.
     pub fn command(&self, packet: usize) -> f64 {
-        self.run.case.commanded[packet].position_m
+        self.going_by[packet].position_m
     }
 
     /// Step of the command into a packet: what a loss leaves undone.
@@ -130,6 +139,20 @@ fn tracks<'a>(problem: &'a Problem, predicted: &[Vec<f64>], path_delay_s: f64) -
         .collect()
 }
 
+/// The problem on links whose packets were decoded, if one of these effects is random: with its parameters as they are.
+pub fn with_packets(mut problem: Problem, trial: &Trial) -> Problem {
+    let Some(chosen) = trial.effects.iter().find(|chosen| is_random(chosen)) else { return problem };
+    let mut scratch = Scratch::default();
+    let predicted: Vec<Vec<f64>> =
+        (0..problem.runs.len()).map(|run| problem.predicted(run, trial, &[0.0; 3], &mut scratch).1).collect();
+    let delay_s = path_delay_s(&problem.model, &trial.effects);
+    if let Some(decoded) = decode(&problem, &chosen.kind, &predicted, delay_s, Some(&chosen.values)) {
+        let runs = problem.runs.iter().zip(&decoded.schedules);
+        problem.runs = runs.map(|(run, schedule)| run.decoded(&problem.model, schedule)).collect();
+    }
+    problem
+}
+
 /// Decodes a random effect: `predicted` is the reported pose of each run by the deterministic part of the model, `path_delay_s`
 /// its delay from command to report. With `known` parameters only the packets are decoded. `None` for an effect that is not
 /// random.
@@ -182,9 +205,8 @@ fn decode_losses(kind: &Kind<Axis>, tracks: &[Track<'_>], known: Option<&[f64]>)
 }
 
 fn held_commands(track: &Track<'_>, held: &[usize]) -> Schedule {
-    let commanded = &track.run.case.commanded;
     let packet = |(i, held): (usize, &usize)| {
-        let motion: AxisMotion = commanded[i - (*held).min(i)];
+        let motion = track.going_by[i - (*held).min(i)];
         Received { motion, late_s: 0.0, lost: *held > 0 }
     };
     Schedule(held.iter().enumerate().map(packet).collect())

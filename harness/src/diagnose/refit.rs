@@ -3,9 +3,10 @@
 use super::fit::fit;
 use super::noise::Noise;
 use super::problem::{Knob, Problem, Scratch, Trial, effective_sigma_m};
+use super::random::with_packets;
 use super::score;
 use super::settle;
-use crate::blocks::Base;
+use crate::blocks::{Base, RANDOM};
 use crate::error::Error;
 use crate::model::{Chosen, Model, RigKind};
 use crate::recording::Session;
@@ -71,11 +72,9 @@ pub struct Refit {
     pub effects: Vec<Refitted>,
 }
 
-/// Effects that happen by chance are decoded packet by packet: a fit of their parameters alone means nothing.
-const RANDOM: [&str; 2] = ["command-loss", "command-jitter"];
-
 /// Fits these effects of a model, and its base values, on recordings. The others keep their values.
 pub fn refit(model: &Model, catalog: &Catalog<Axis>, ids: &[String], sessions: &[Session]) -> Result<Refit, Error> {
+    // A fit of its parameters alone means nothing.
     if let Some(id) = ids.iter().find(|id| RANDOM.contains(&id.as_str())) {
         let what = format!("{id} is random: it is decoded, not fitted");
         return Err(Error::new(what).help("find its parameters with: dockhil diagnose --write-model"));
@@ -88,7 +87,7 @@ pub fn refit(model: &Model, catalog: &Catalog<Axis>, ids: &[String], sessions: &
     let start = Trial { base: Base::of(model), effects };
     let mut scratch = Scratch::default();
     let problem = match model.rig {
-        RigKind::Docking => Problem::docking(model, cases.clone(), Noise::learn(&cases, model)),
+        RigKind::Docking => with_packets(Problem::docking(model, cases.clone(), Noise::learn(&cases, model)), &start),
         RigKind::Drive => {
             let unit = Problem::drive(model, &cases, super::drive::BLOCKS, super::drive::noise(1.0));
             let runs: Vec<usize> = (0..unit.runs.len()).collect();

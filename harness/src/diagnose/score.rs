@@ -6,7 +6,7 @@ use super::noise::Noise;
 use super::nuisance::bounded;
 use super::problem::{Nuisance, Problem, Scratch, Trial};
 use super::quality::Contact;
-use super::random::decode;
+use super::random::with_packets;
 use super::settle;
 use crate::case::Case;
 use crate::model::{Chosen, Model};
@@ -26,18 +26,8 @@ pub struct Errors {
 
 /// The test recordings as a problem of their own; random effects among `found` are decoded with their parameters as they are.
 pub fn problem(model: &Model, cases: &[Case], noise: Noise, found: &[Chosen]) -> Problem {
-    let mut problem = Problem::docking(model, cases.to_vec(), noise);
     let trial = Trial { base: crate::blocks::Base::of(model), effects: found.to_vec() };
-    for chosen in found {
-        let mut scratch = Scratch::default();
-        let predicted: Vec<Vec<f64>> =
-            (0..problem.runs.len()).map(|run| problem.predicted(run, &trial, &[0.0; 3], &mut scratch).1).collect();
-        let delay_s = path_delay_s(model, found);
-        if let Some(decoded) = decode(&problem, &chosen.kind, &predicted, delay_s, Some(&chosen.values)) {
-            let runs = problem.runs.iter().zip(&decoded.schedules).map(|(run, schedule)| run.decoded(model, schedule));
-            problem.runs = runs.collect();
-        }
-    }
+    let mut problem = with_packets(Problem::docking(model, cases.to_vec(), noise), &trial);
     for run in &mut problem.runs {
         run.nuisances = run.nuisances.min(TEST_NUISANCES);
     }

@@ -43,8 +43,11 @@ pub fn settled(mut case: Case, model: &Model, effects: &[Chosen]) -> Case {
         return case;
     }
     let is_impact = case.is_impact() && !model.moves_command();
-    let is_whole = |case: &Case| closes(closure_m(model, case, effects, 1.0), rounding_m(case, case.commanded.len()));
-    if !case.missing.any() && (!is_impact || is_whole(&case)) {
+    let is_whole = || {
+        let (closure_m, rounding_m) = closure_m(model, &case, effects);
+        closes(closure_m, rounding_m)
+    };
+    if !case.missing.any() && (!is_impact || is_whole()) {
         return case;
     }
     case.settled.held = case.missing.command.iter().map(|has| *has == Has::Nothing).collect();
@@ -89,6 +92,11 @@ fn search(model: &Model, case: &mut Case, effects: &[Chosen]) {
             (case.settled, case.missing) = (before, missing);
             return;
         }
+    }
+    if !closes(Judged::of(model, case, effects).closure_m(case), rounding_m(case)) {
+        // Each tick balances to the rounding of its commands, and together they do not: it was something else.
+        (case.settled, case.missing) = (before, missing);
+        return;
     }
     if case.settled.unheard.len() <= most {
         // What is known for sure is so for the blocks too.

@@ -2,10 +2,16 @@
 //! missing in the hardware; what does not close names a wrong clock, mass or compensator before anything else is blamed.
 //!
 //! For every tick, `x₊ - 2x + x₋ = -(F + F₋) T² / (2m)`, with F from the sample that carries the tick's own stamp and from the
-//! pose that the controller had at hand (its own, without read-out noise). Where that pose follows from the commands (dead time
-//! and read-back), nothing in it is fitted. An extra delay on the way shows itself in the virtual force and is found exactly.
+//! pose that the controller had at hand. Nothing in it is fitted. Which pose that was is tried in this order:
+//!
+//! | the controller's pose | is known | closes |
+//! |---|---|---|
+//! | the command, through dead time and read-back | exactly, also where the log of the pose has noise | a robot that is as the model has it |
+//! | the reported one, as it was recorded | where the log is what was on the wire | any robot: what it does is judged by its path |
+//! | the first, with an extra delay | from the virtual force that it makes | a link that is slower than declared |
 
 use super::gaps::Gaps;
+use super::paths::LeftOver;
 use super::stretches::{Judged, edges, rounding_m};
 use crate::blocks::{self, Cell, Held};
 use crate::case::Case;
@@ -17,6 +23,7 @@ use sim_core::force_sensor::SensorNoise;
 use sim_core::plant::PointIntegrator;
 use sim_core::rng::Streams;
 use sim_core::signals::Wire;
+use sim_core::space::AxisMotion;
 use sim_core::time::Nanos;
 use sim_core::trace::{Columns, Trace};
 
@@ -34,7 +41,7 @@ pub struct Software {
     /// Largest difference between recorded and recomputed command, as the model stands, in m; `None` where nothing closes the
     /// loop (no satellites).
     pub closure_m: Option<f64>,
-    /// What the rounding of the recorded commands on their wire allows, in m: the first two of them say how fast the satellites were.
+    /// What the rounding of the recorded commands on their wire allows, in m.
     #[serde(skip)]
     pub rounding_m: f64,
     /// The same as `closure_m`, with what was found below.
@@ -47,6 +54,11 @@ pub struct Software {
     pub bias_error_n: f64,
     /// Delay of the controller's own pose, beyond the declared delays, in s, where the virtual force shows it.
     pub pose_delay_s: Option<f64>,
+    /// Whether that pose was the recorded one: the robot is not where the model has it, and the software is sound.
+    pub on_reported_pose: bool,
+    /// How well the mass ratio is known.
+    #[serde(skip)]
+    pub mass_ratio_sd: f64,
     /// What the recording lacks, if it lacks anything.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gaps: Option<Gaps>,
@@ -63,6 +75,8 @@ impl Software {
             mass_ratio: 1.0,
             bias_error_n: 0.0,
             pose_delay_s: None,
+            on_reported_pose: false,
+            mass_ratio_sd: 0.0,
             gaps: None,
         }
     }
@@ -70,6 +84,12 @@ impl Software {
     /// Whether our own software, as the model describes it, made this recording; true also where it is not judged.
     pub fn closes(&self) -> bool {
         self.closure_m.is_none_or(|closure_m| closes(closure_m, self.rounding_m))
+    }
+
+    /// That the software is sound and the robot is not where the model has it, in words.
+    pub fn other_pose(&self) -> Option<&'static str> {
+        let words = "with the pose that the robot reported, not with the one that the model gives it: what the robot does differs";
+        (self.on_reported_pose && self.explained()).then_some(words)
     }
 
     /// Whether there is enough of the recording to judge it, or nothing to judge.
@@ -88,11 +108,24 @@ pub(super) fn closes(closure_m: f64, rounding_m: f64) -> bool {
     closure_m < CLOSED_M + rounding_m
 }
 
-/// Largest difference between the recorded commands and those that our software makes of the recorded force.
-pub fn closure_m(model: &Model, case: &Case, effects: &[Chosen], mass_ratio: f64) -> f64 {
-    let (commanded, _) = recomputed(model, case, &Inputs { mass_ratio, ..Inputs::plain(effects) });
+/// Largest difference between the recorded commands and those that our software makes of the recorded force, and what their
+/// rounding allows, both in m.
+pub fn closure_m(model: &Model, case: &Case, effects: &[Chosen]) -> (f64, f64) {
+    let inputs = Inputs::plain(effects);
+    if tells_satellites(model, case) {
+        return (Judged::whole(model, case, &inputs).closure_m(case), rounding_m(case));
+    }
+    let (commanded, _) = recomputed(model, case, &inputs);
     let pairs = case.commanded.iter().zip(&commanded).zip(&case.commanded_known);
-    pairs.filter(|(_, known)| **known).map(|((a, b), _)| (a.position_m - b).abs()).fold(0.0, f64::max)
+    let worst_m = pairs.filter(|(_, known)| **known).map(|((a, b), _)| (a.position_m - b).abs()).fold(0.0, f64::max);
+    // The first two commands say how fast the satellites were, and that adds up.
+    (worst_m, case.command_quantum_m * (case.commanded.len() as f64 + 1.0))
+}
+
+/// Whether the recorded commands tell where the satellites were at each tick.
+fn tells_satellites(model: &Model, case: &Case) -> bool {
+    let sparse = !case.missing.any() && case.commanded_known.contains(&false);
+    !model.moves_command() && !sparse
 }
 
 /// What our software makes of the recorded force: commanded position in m and net force in N, at each tick of the loop.
@@ -137,6 +170,7 @@ pub fn first_difference(model: &Model, one: &Case, other: &Case, effects: &[Chos
 }
 
 /// What the recomputation is given.
+#[derive(Clone, Copy)]
 pub(super) struct Inputs<'a> {
     pub(super) effects: &'a [Chosen],
     pub(super) mass_ratio: f64,
@@ -144,24 +178,29 @@ pub(super) struct Inputs<'a> {
     pub(super) shift: i64,
     /// Whether the commands are clamped to the recording, so that errors do not add up.
     pub(super) clamped: bool,
+    /// Whether the reported pose is.
+    pub(super) reported: bool,
 }
 
 impl<'a> Inputs<'a> {
     pub(super) fn plain(effects: &'a [Chosen]) -> Self {
-        Inputs { effects, mass_ratio: 1.0, bias_error_n: 0.0, shift: 0, clamped: false }
+        Inputs { effects, mass_ratio: 1.0, bias_error_n: 0.0, shift: 0, clamped: false, reported: false }
     }
 }
 
 /// Commands and net forces that our software makes of the recorded force.
 pub(super) fn recomputed(model: &Model, case: &Case, inputs: &Inputs<'_>) -> (Vec<f64>, Vec<f64>) {
     let cell = Cell { believed_offset_n: inputs.bias_error_n, ..Cell::of(model, case.mass_kg * inputs.mass_ratio) };
-    let on_path = inputs.effects.iter().filter(|chosen| blocks::is_on_path(&chosen.kind.wires));
+    let on_path =
+        inputs.effects.iter().filter(|chosen| blocks::is_on_path(&chosen.kind.wires) && !blocks::is_random(chosen));
     let attached: Vec<Attached<_>> = on_path.map(Chosen::attach).chain(Held::attach(&case.settled.held)).collect();
     let sensed: Vec<f64> = (0..case.sensed_n.value.len() as i64)
         .map(|tick| case.sensed_n.value[(tick + inputs.shift).clamp(0, case.sensed_n.value.len() as i64 - 1) as usize])
         .collect();
+    let reported = inputs.reported.then(|| reported(case));
     let clamps = Clamps {
         sensed: Some(&sensed),
+        measured: reported.as_deref(),
         commanded: if inputs.clamped { Some(&case.commanded) } else { None },
         ..Clamps::default()
     };
@@ -176,6 +215,19 @@ pub(super) fn recomputed(model: &Model, case: &Case, inputs: &Inputs<'_>) -> (Ve
     let columns = Columns { loop_ticks: true, sensor_ticks: false, achieved: false, measured: false };
     cell.run(&attached, case.rates, &start, &clamps, columns, &mut trace);
     (trace.commanded.iter().map(|motion| motion.position_m).collect(), trace.feedback)
+}
+
+/// The reported pose at each physics step: that of the last tick.
+fn reported(case: &Case) -> Vec<AxisMotion> {
+    let at = |tick: usize| AxisMotion {
+        position_m: case.measured_m.value[tick],
+        pitch_rad: case.measured_pitch_rad[tick],
+        ..case.first
+    };
+    let steps = case.until.0.div_euclid(case.rates.physics_step.0) as usize + 1;
+    let last = case.measured_m.value.len() - 1;
+    let tick = |step: usize| (step as i64 * case.rates.physics_step.0).div_euclid(case.rates.loop_period.0) as usize;
+    (0..steps).map(|step| at(tick(step).min(last))).collect()
 }
 
 /// One tick of the balance.
@@ -205,110 +257,134 @@ pub(super) fn balances(model: &Model, case: &Case, inputs: &Inputs<'_>) -> Vec<B
         .collect()
 }
 
-/// The recording that is examined, and which of its ticks count.
-struct Examined<'a> {
-    model: &'a Model,
-    case: &'a Case,
-    judged: Option<&'a Judged>,
-}
-
-/// The ticks that tell anything.
-fn balance(of: &Examined<'_>, inputs: &Inputs<'_>) -> Vec<Balance> {
-    let case = of.case;
-    let whole = |tick: usize| case.commanded_known[tick - 1..=tick + 1].iter().all(|known| *known);
-    let all = balances(of.model, case, inputs);
-    let all: Vec<Option<Balance>> = match of.judged {
-        Some(judged) => judged.masked(case, all),
-        None => all.into_iter().enumerate().map(|(nth, balance)| whole(nth + 1).then_some(balance)).collect(),
-    };
-    all.into_iter().flatten().filter(|balance| balance.felt_n.abs() > 2.0 * FELT_N).collect()
-}
-
-/// Root mean square of what does not balance, in N, and the mass ratio and bias error that leave least: `acted = felt / r + c`.
-fn left_over(balances: &[Balance]) -> (f64, f64, f64) {
-    let n = balances.len() as f64;
-    if balances.len() < 10 {
-        return (f64::INFINITY, 1.0, 0.0);
-    }
-    let mean = |of: &dyn Fn(&Balance) -> f64| balances.iter().map(of).sum::<f64>() / n;
-    let (fx, fy) = (mean(&|b| b.felt_n), mean(&|b| b.acted_n));
-    let sxx = mean(&|b| (b.felt_n - fx) * (b.felt_n - fx));
-    let sxy = mean(&|b| (b.felt_n - fx) * (b.acted_n - fy));
-    let slope = if sxx > 0.0 { sxy / sxx } else { 1.0 };
-    let offset = fy - slope * fx;
-    let left = |b: &Balance| b.acted_n - slope * b.felt_n - offset;
-    (libm::sqrt(mean(&|b| left(b) * left(b))), 1.0 / slope, offset)
-}
-
 /// Examines one recording. `effects` are those of the model that is examined.
 pub fn examine(model: &Model, case: &Case, effects: &[Chosen], delay: &Chosen) -> Software {
-    let mut software = Software { rounding_m: rounding_m(case, case.commanded.len()), ..Software::not_examined() };
+    let software = Software { rounding_m: rounding_m(case), ..Software::not_examined() };
     if !case.is_impact() {
         return software;
     }
-    let plain_m = closure_m(model, case, effects, 1.0);
-    let on_edge = || edges(model, case, &Inputs::plain(effects)).contains(&true);
-    let is_needed = Judged::is_needed(case) || !closes(plain_m, software.rounding_m) && on_edge();
-    let judged = (is_needed && !model.moves_command()).then(|| Judged::of(model, case, effects));
-    if let Some(judged) = &judged {
-        software.gaps = judged.gaps(case, &balances(model, case, &Inputs::plain(effects)));
-        if !software.is_judged() {
-            return software;
-        }
-        let (closure_m, longest) = judged.closure_m(case);
-        (software.closure_m, software.rounding_m) = (Some(closure_m), rounding_m(case, longest));
-    } else {
-        software.closure_m = Some(plain_m);
-    }
-    if software.closes() {
-        software.pose_delay_s = model.hears_pose().then_some(0.0);
+    if !tells_satellites(model, case) {
+        // No balance can be drawn from such commands.
+        let (closure_m, rounding_m) = closure_m(model, case, effects);
+        let mut software = Software { closure_m: Some(closure_m), rounding_m, ..software };
+        software.pose_delay_s = (model.hears_pose() && software.closes()).then_some(0.0);
         return software;
     }
-    if model.moves_command() {
-        // The commands are not where the satellites were: no balance can be drawn from them.
-        return software;
+    let poses: &[bool] = if model.hears_pose() { &[false, true] } else { &[false] };
+    let plain = |reported: bool| Examined::plain(model, case, Inputs { reported, ..Inputs::plain(effects) });
+    let all: Vec<Examined<'_>> = poses.iter().map(|reported| plain(*reported)).collect();
+    if let Some(sound) = all.iter().find(|one| !one.software.is_judged() || one.software.closes()) {
+        return sound.software.clone();
     }
-    let of = Examined { model, case, judged: judged.as_ref() };
-    let (shift, mut best) = best_shift(&of, effects);
-    let mut with = effects.to_vec();
-    let unbalanced = model.hears_pose() && best.0 > 1e-6;
-    let delayed = if unbalanced { best_delay(&of, effects, delay, shift) } else { None };
-    if let Some((delay_s, found)) = delayed.filter(|(_, found)| found.0 < 0.5 * best.0) {
-        best = found;
-        with = with_delay(effects, delay, delay_s);
-        software.pose_delay_s = Some(delay_s);
-    }
-    // Shares of the mass and forces below these are rounding, not findings.
-    let (ratio, bias_n) = (best.1, best.2 / 2.0);
-    software.mass_ratio = if (ratio - 1.0).abs() > 1e-7 { ratio } else { 1.0 };
-    software.bias_error_n = if bias_n.abs() > 1e-7 { bias_n } else { 0.0 };
-    software.clock_offset_s = shift as f64 * case.rates.sensor_period.seconds();
-    let inputs = Inputs {
-        effects: &with,
-        mass_ratio: software.mass_ratio,
-        bias_error_n: software.bias_error_n,
-        shift,
-        clamped: false,
-    };
-    if judged.is_some() {
-        software.closure_found_m = Some(Judged::with(model, case, &inputs).closure_m(case).0);
-        return software;
-    }
-    let (commanded, _) = recomputed(model, case, &inputs);
-    let differences = case.commanded.iter().zip(&commanded).map(|(a, b)| (a.position_m - b).abs());
-    software.closure_found_m = Some(differences.fold(0.0, f64::max));
-    software
+    let searched: Vec<Software> = all.iter().map(|one| one.searched(delay)).collect();
+    searched.iter().find(|one| one.explained()).unwrap_or(&searched[0]).clone()
 }
 
-/// The shift of the force stream that balances best.
-fn best_shift(of: &Examined<'_>, effects: &[Chosen]) -> (i64, (f64, f64, f64)) {
-    let at = |shift: i64| left_over(&balance(of, &Inputs { shift, ..Inputs::plain(effects) }));
-    let here = at(0);
-    let other = (-SHIFT_MAX..=SHIFT_MAX).map(|shift| (shift, at(shift))).min_by(|a, b| a.1.0.total_cmp(&b.1.0));
-    match other {
-        // Another sample must balance far better than the tick's own: noise alone prefers one shift or another.
-        Some((shift, found)) if found.0 < 0.3 * here.0 => (shift, found),
-        _ => (0, here),
+/// A recording on one of its poses.
+struct Examined<'a> {
+    model: &'a Model,
+    case: &'a Case,
+    inputs: Inputs<'a>,
+    judged: Judged,
+    software: Software,
+}
+
+impl<'a> Examined<'a> {
+    /// As the model stands.
+    fn plain(model: &'a Model, case: &'a Case, inputs: Inputs<'a>) -> Self {
+        let mut software =
+            Software { rounding_m: rounding_m(case), on_reported_pose: inputs.reported, ..Software::not_examined() };
+        let mut judged = Judged::whole(model, case, &inputs);
+        let on_edge = || edges(model, case, &inputs).contains(&true);
+        if Judged::is_needed(case) || !closes(judged.closure_m(case), software.rounding_m) && on_edge() {
+            judged = Judged::with(model, case, &inputs);
+            software.gaps = judged.gaps(case, &balances(model, case, &inputs));
+        }
+        if software.is_judged() {
+            software.closure_m = Some(judged.closure_m(case));
+            let own_pose = model.hears_pose() && !inputs.reported;
+            software.pose_delay_s = (own_pose && software.closes()).then_some(0.0);
+        }
+        Examined { model, case, inputs, judged, software }
+    }
+
+    /// What is left with another shift or another delay.
+    fn left_over(&self, inputs: &Inputs<'_>) -> LeftOver {
+        self.judged.again(self.model, self.case, inputs).left_over(self.case)
+    }
+
+    /// Looks for a clock, a delay, a mass or a bias that closes it: as few of them as do.
+    fn searched(&self, delay: &Chosen) -> Software {
+        let mut software = self.software.clone();
+        let limit_m = CLOSED_M + software.rounding_m;
+        let (shift, mut best) = self.best_shift();
+        let mut with = self.inputs.effects.to_vec();
+        let unbalanced = self.model.hears_pose() && !self.inputs.reported && best.rms_m > limit_m;
+        let delayed = if unbalanced { self.best_delay(delay, shift) } else { None };
+        if let Some((delay_s, found)) = delayed.filter(|(_, found)| found.rms_m < 0.5 * best.rms_m) {
+            best = found;
+            with = with_delay(self.inputs.effects, delay, delay_s);
+            software.pose_delay_s = Some(delay_s);
+        }
+        software.clock_offset_s = shift as f64 * self.case.rates.sensor_period.seconds();
+        software.mass_ratio_sd = best.ratio_per_m * self.case.command_quantum_m;
+        // Shares of the mass and forces below these are rounding, not findings.
+        let mass = |ratio: f64| if (ratio - 1.0).abs() > 1e-7 { ratio } else { 1.0 };
+        let bias = |twice_n: f64| if twice_n.abs() > 2e-7 { 0.5 * twice_n } else { 0.0 };
+        let tries = [
+            (1.0, 0.0),
+            (mass(best.mass_ratio_alone), 0.0),
+            (1.0, bias(best.twice_bias_alone_n)),
+            (mass(best.mass_ratio), bias(best.twice_bias_n)),
+        ];
+        for (mass_ratio, bias_error_n) in tries {
+            let inputs = Inputs { effects: &with, mass_ratio, bias_error_n, shift, ..self.inputs };
+            (software.mass_ratio, software.bias_error_n) = (mass_ratio, bias_error_n);
+            software.closure_found_m = Some(self.judged.anew(self.model, self.case, &inputs).closure_m(self.case));
+            if software.explained() {
+                break;
+            }
+        }
+        software
+    }
+
+    /// The shift of the force stream that balances best.
+    fn best_shift(&self) -> (i64, LeftOver) {
+        let at = |shift: i64| self.left_over(&Inputs { shift, ..self.inputs });
+        let here = at(0);
+        let other =
+            (-SHIFT_MAX..=SHIFT_MAX).map(|shift| (shift, at(shift))).min_by(|a, b| a.1.rms_m.total_cmp(&b.1.rms_m));
+        match other {
+            // Another sample must balance far better than the tick's own: noise alone prefers one shift or another.
+            Some((shift, found)) if found.rms_m < 0.3 * here.rms_m => (shift, found),
+            _ => (0, here),
+        }
+    }
+
+    /// The extra delay of the pose that balances best: a grid of a quarter of a loop period, then a golden section.
+    fn best_delay(&self, delay: &Chosen, shift: i64) -> Option<(f64, LeftOver)> {
+        let period_s = self.case.rates.loop_period.seconds();
+        let least_s = period_s - self.model.timing.command_delay_s;
+        let at = |delay_s: f64| {
+            let with = with_delay(self.inputs.effects, delay, delay_s);
+            self.left_over(&Inputs { effects: &with, shift, ..self.inputs })
+        };
+        let rms_m = |delay_s: f64| at(delay_s).rms_m;
+        let grid_s = 0.25 * period_s;
+        let grid = (-16..=40).map(|i| i as f64 * grid_s).filter(|delay_s| *delay_s >= least_s);
+        let (start, _) = grid.map(|delay_s| (delay_s, rms_m(delay_s))).min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let (mut low, mut high) = ((start - grid_s).max(least_s), start + grid_s);
+        const GOLDEN: f64 = 0.618_033_988_749_894_9;
+        for _ in 0..60 {
+            let (a, b) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
+            if rms_m(a) <= rms_m(b) { high = b } else { low = a }
+        }
+        // Controllers are set in round numbers: a delay within the last digit of one is that one.
+        let found = 0.5 * (low + high);
+        let round = libm::round(found * 1e5) / 1e5;
+        let is_as_good = rms_m(round) <= rms_m(found) * 1.000_001 + 0.1 * self.case.command_quantum_m;
+        let best = if is_as_good || (round - found).abs() < 1e-9 { round } else { found };
+        Some((best, at(best)))
     }
 }
 
@@ -316,30 +392,4 @@ fn with_delay(effects: &[Chosen], delay: &Chosen, delay_s: f64) -> Vec<Chosen> {
     let mut with = effects.to_vec();
     with.push(Chosen { values: vec![delay_s], ..delay.clone() });
     with
-}
-
-/// The extra delay of the pose that balances best: a grid of half a loop period, then a golden section.
-fn best_delay(of: &Examined<'_>, effects: &[Chosen], delay: &Chosen, shift: i64) -> Option<(f64, (f64, f64, f64))> {
-    let (model, case) = (of.model, of.case);
-    let least_s = case.rates.loop_period.seconds() - model.timing.command_delay_s;
-    let at = |delay_s: f64| {
-        let with = with_delay(effects, delay, delay_s);
-        left_over(&balance(of, &Inputs { shift, ..Inputs::plain(&with) }))
-    };
-    let grid_s = 0.25 * case.rates.loop_period.seconds();
-    let start = (-16..=40)
-        .map(|i| i as f64 * grid_s)
-        .filter(|delay_s| *delay_s >= least_s)
-        .min_by(|a, b| at(*a).0.total_cmp(&at(*b).0))?;
-    let (mut low, mut high) = ((start - grid_s).max(least_s), start + grid_s);
-    const GOLDEN: f64 = 0.618_033_988_749_894_9;
-    for _ in 0..60 {
-        let (a, b) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
-        if at(a).0 <= at(b).0 { high = b } else { low = a }
-    }
-    // Controllers are set in round numbers: a delay within the last digit of one is that one.
-    let found = 0.5 * (low + high);
-    let round = libm::round(found * 1e5) / 1e5;
-    let best = if at(round).0 <= at(found).0 * 1.000_001 || (round - found).abs() < 1e-9 { round } else { found };
-    Some((best, at(best)))
 }

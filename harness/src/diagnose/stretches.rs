@@ -8,8 +8,9 @@
 //! Not covered: a compensation that moves the command, which then does not tell where the satellites are.
 
 use super::gaps::Gaps;
+use super::paths::{LeftOver, Paths, Stretch};
 use super::score::path_delay_s;
-use super::software::{Balance, Inputs, balances, recomputed};
+use super::software::{Balance, FELT_N, Inputs, balances, recomputed};
 use crate::case::{Case, Settled};
 use crate::missing::Has;
 use crate::model::{Chosen, Model};
@@ -27,9 +28,10 @@ const WIDER: f64 = 16.0;
 /// Bend of the path of commands that is rounding, beside that of their own wire, in m.
 pub(super) const BEND_M: f64 = 1e-12;
 
-/// Half a step each way at both ends, and a whole one more with each tick that the first two commands lead on.
-pub(super) fn rounding_m(case: &Case, commands: usize) -> f64 {
-    case.command_quantum_m * (commands as f64 + 1.0)
+/// What the rounding of commands on their wire leaves of a path whose best straight line is taken out: half a step of each axis that
+/// is rounded, and as much again where the line follows it.
+pub(super) fn rounding_m(case: &Case) -> f64 {
+    2.0 * case.command_quantum_m
 }
 
 /// The same recording on a robot that holds also where it did not hear a command.
@@ -69,6 +71,19 @@ pub struct Judged {
 }
 
 impl Judged {
+    /// The whole recording, as if nothing were missing in it.
+    pub(super) fn whole(model: &Model, case: &Case, inputs: &Inputs<'_>) -> Self {
+        let balances = balances(model, case, inputs).into_iter().map(Some).collect();
+        Judged { balances, ..Judged::nowhere(case, inputs) }
+    }
+
+    /// Nothing yet.
+    fn nowhere(case: &Case, inputs: &Inputs<'_>) -> Self {
+        let period_s = case.rates.loop_period.seconds();
+        let step_m_per_n = period_s * period_s / (2.0 * case.mass_kg * inputs.mass_ratio);
+        Judged { unsure: Vec::new(), edges: Vec::new(), balances: Vec::new(), step_m_per_n }
+    }
+
     /// Of the model as it stands.
     pub fn of(model: &Model, case: &Case, effects: &[Chosen]) -> Self {
         Judged::with(model, case, &Inputs::plain(effects))
@@ -86,15 +101,29 @@ impl Judged {
         let edges = edges(model, case, inputs);
         let mut unsure = unsure(model, case, inputs);
         unsure.iter_mut().zip(&edges).for_each(|(unsure, edge)| *unsure |= edge);
-        let mut judged = Judged { unsure, edges, balances: Vec::new(), step_m_per_n: 0.0 };
+        let mut judged = Judged { unsure, edges, ..Judged::nowhere(case, inputs) };
         judged.balances = judged.masked(case, balances(model, case, inputs));
-        let period_s = case.rates.loop_period.seconds();
-        judged.step_m_per_n = period_s * period_s / (2.0 * case.mass_kg * inputs.mass_ratio);
         judged
     }
 
+    /// The same ticks with other inputs; the mass stays.
+    pub(super) fn again(&self, model: &Model, case: &Case, inputs: &Inputs<'_>) -> Self {
+        let all = balances(model, case, inputs);
+        let balances = if self.is_whole() { all.into_iter().map(Some).collect() } else { self.masked(case, all) };
+        Judged { unsure: self.unsure.clone(), edges: Vec::new(), balances, step_m_per_n: self.step_m_per_n }
+    }
+
+    /// Judged anew with other inputs, the mass among them.
+    pub(super) fn anew(&self, model: &Model, case: &Case, inputs: &Inputs<'_>) -> Self {
+        if self.is_whole() { Judged::whole(model, case, inputs) } else { Judged::with(model, case, inputs) }
+    }
+
+    fn is_whole(&self) -> bool {
+        self.unsure.is_empty()
+    }
+
     /// Balances of the ticks that can be judged, one for each tick.
-    pub(super) fn masked(&self, case: &Case, all: Vec<Balance>) -> Vec<Option<Balance>> {
+    fn masked(&self, case: &Case, all: Vec<Balance>) -> Vec<Option<Balance>> {
         let sure = |tick: usize| {
             !(self.unsure[tick] || self.unsure[tick - 1]) && (tick - 1..=tick + 1).all(|tick| case.trusts_command(tick))
         };
@@ -115,22 +144,31 @@ impl Judged {
         self.bends_m(case).position(|bend| bend.is_some_and(|bend_m| bend_m.abs() > limit_m)).map(|nth| nth + 1)
     }
 
-    /// Largest difference between recorded commands and those that follow from the first two of each stretch, and how many
-    /// commands the longest stretch has.
-    pub(super) fn closure_m(&self, case: &Case) -> (f64, usize) {
-        let (mut worst_m, mut longest, mut length) = (0.0_f64, 0, 0);
-        let (mut before_m, mut now_m) = (0.0_f64, 0.0_f64);
-        for bend in self.bends_m(case) {
-            let Some(bend_m) = bend else {
-                (before_m, now_m, length) = (0.0, 0.0, 0);
-                continue;
-            };
-            (before_m, now_m) = (now_m, 2.0 * now_m - before_m + bend_m);
-            worst_m = worst_m.max(now_m.abs());
-            length += 1;
-            longest = longest.max(length + 2);
+    /// The paths of all stretches, of the ticks of which `counts` is true.
+    fn paths(&self, case: &Case, counts: impl Fn(&Balance) -> bool) -> Paths {
+        let period_s = case.rates.loop_period.seconds();
+        let acted = period_s * period_s / (2.0 * case.mass_kg);
+        let (mut paths, mut stretch) = (Paths::default(), Stretch::default());
+        for balance in &self.balances {
+            match balance.as_ref().filter(|balance| counts(balance)) {
+                Some(balance) => {
+                    stretch.bend([-balance.acted_n * acted, balance.felt_n * self.step_m_per_n, self.step_m_per_n])
+                }
+                None => std::mem::take(&mut stretch).end(&mut paths),
+            }
         }
-        (worst_m, longest)
+        stretch.end(&mut paths);
+        paths
+    }
+
+    /// Largest difference between the recorded commands and those that follow from where each stretch began.
+    pub(super) fn closure_m(&self, case: &Case) -> f64 {
+        self.paths(case, |_| true).closure_m()
+    }
+
+    /// What is left where a force surely acts, and which mass and bias leave least.
+    pub(super) fn left_over(&self, case: &Case) -> LeftOver {
+        self.paths(case, |balance| balance.felt_n.abs() > 2.0 * FELT_N).left_over()
     }
 
     /// What is missing in the recording, and how much was judged; none where nobody needed it.
@@ -150,6 +188,7 @@ pub(super) fn edges(model: &Model, case: &Case, inputs: &Inputs<'_>) -> Vec<bool
             let mut there = case.clone();
             let shift_m = sign * times * DIGIT_M.max(case.command_quantum_m);
             there.commanded.iter_mut().for_each(|motion| motion.position_m += shift_m);
+            there.measured_m.value.iter_mut().for_each(|position_m| *position_m += shift_m);
             recomputed(model, &there, inputs).1
         });
         for (tick, edge) in edges.iter_mut().enumerate() {

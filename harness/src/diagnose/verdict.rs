@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 
 /// Block statistic above which something is left.
 pub const Q_MAX: f64 = 1.35;
-/// … and by this many of its standard errors: a few blocks scatter by themselves.
+/// … and as seldom as a normal value beyond this many standard deviations: a few blocks scatter by themselves.
 const Q_SIGMA: f64 = 4.0;
 /// Scatter between sessions above this multiple of the declared one is a change, not scatter.
 const SCATTER_MAX: f64 = 2.5;
@@ -60,7 +60,7 @@ impl Evidence<'_> {
             let blocks =
                 self.after.iter().enumerate().flat_map(|(run, blocks)| blocks.iter().map(move |block| (run, block)));
             let (q, n) = average(blocks.filter(|(run, block)| chosen(*run, block)).map(|(_, block)| block.chi2));
-            let limit = Q_MAX.max(1.0 + Q_SIGMA * libm::sqrt(2.0 / n.max(1) as f64));
+            let limit = Q_MAX.max(mean_square_limit(n));
             if n > 0 && q > limit && worst.as_ref().is_none_or(|(_, other)| q > *other) {
                 worst = Some((words.to_string(), q));
             }
@@ -93,6 +93,13 @@ impl Evidence<'_> {
         let odd = odd_runs(fit, self.problem.runs.len(), counted).first().map(|(_, _)| worst);
         if worst.1 > SCATTER_MAX { Some(worst) } else { odd }
     }
+}
+
+/// The mean of `n` squares of normal values that is as rare as one beyond [`Q_SIGMA`] (Wilson and Hilferty: its cube root is normal).
+fn mean_square_limit(n: usize) -> f64 {
+    let spread = 2.0 / (9.0 * n.max(1) as f64);
+    let root = 1.0 - spread + Q_SIGMA * libm::sqrt(spread);
+    root * root * root
 }
 
 /// Runs that differ from the others by more than the declared repeatability allows, and why; `counted` nuisances are looked at.
@@ -302,5 +309,25 @@ fn headline(verdict: Verdict, evidence: &Evidence<'_>) -> String {
             "A recording is not what it says it is; settle that before any physics is blamed.".into()
         }
         Verdict::Undecided => "These recordings cannot answer.".into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::mean_square_limit;
+
+    /// Of an even number of squares it is known how often their mean is beyond a value.
+    #[test]
+    fn the_limit_is_passed_as_seldom_as_four_standard_deviations() {
+        for half in [1, 4, 20, 100] {
+            let x = f64::from(half) * mean_square_limit(2 * half as usize);
+            let mut term = libm::exp(-x);
+            let mut beyond = term;
+            for k in 1..half {
+                term *= x / f64::from(k);
+                beyond += term;
+            }
+            assert!((1.5e-5..4e-5).contains(&beyond), "{half}: {beyond}");
+        }
     }
 }

@@ -14,6 +14,9 @@ const TURNS_MIN: f64 = 0.3;
 const CHANGES_MIN: f64 = 0.9;
 /// Travel of the command during which a reported pose cannot stand still: far above the rounding of any log.
 const TRAVEL_M: f64 = 2e-4;
+/// How long a robot may rest at the start of a recording while the first commands are on their way, in ns: several times the dead
+/// times of any cell. Chosen.
+const COMING_NS: i64 = 200_000_000;
 /// Samples that the judgement needs.
 const SAMPLES_MIN: usize = 30;
 
@@ -32,7 +35,7 @@ pub(super) fn sensed(topic: &str, series: &Series<Wrench>, report: &mut Report) 
             "a sensor has noise: it is switched off, stuck or simulated without noise",
         );
     }
-    runs(topic, series, parts, |_, _| false, report);
+    runs(topic, series, parts, None::<fn(i64, i64) -> bool>, report);
 }
 
 pub(super) fn measured(topic: &str, series: &Series<Pose>, commanded: Option<&Series<Pose>>, report: &mut Report) {
@@ -48,9 +51,12 @@ pub(super) fn measured(topic: &str, series: &Series<Pose>, commanded: Option<&Se
         report.lower(Grade::D);
     }
     // A moving channel has too little noise to turn back, but it cannot stand still while the command goes on.
-    let moved =
-        |from_ns: i64, to_ns: i64| commanded.is_some_and(|commanded| travel_m(commanded, from_ns, to_ns) > TRAVEL_M);
-    runs(topic, series, pose_parts, moved, report);
+    let first_ns = series.time_ns.first().copied().unwrap_or(0);
+    let moved = |from_ns: i64, to_ns: i64| {
+        let to_ns = if from_ns == first_ns { to_ns - COMING_NS } else { to_ns };
+        commanded.is_some_and(|commanded| travel_m(commanded, from_ns, to_ns) > TRAVEL_M)
+    };
+    runs(topic, series, pose_parts, Some(moved), report);
 }
 
 /// How far a pose travels between two times.
@@ -82,11 +88,12 @@ fn same(a: &[f64; 7], b: &[f64; 7]) -> bool {
     a.map(f64::to_bits) == b.map(f64::to_bits)
 }
 
+/// `moved` says whether what is reported must have moved; what needs not may rest at the start, with or without noise.
 fn runs<T>(
     topic: &str,
     series: &Series<T>,
     parts: impl Fn(&T) -> [f64; 7],
-    moved: impl Fn(i64, i64) -> bool,
+    moved: Option<impl Fn(i64, i64) -> bool>,
     report: &mut Report,
 ) {
     if series.value.len() < SAMPLES_MIN {
@@ -107,7 +114,9 @@ fn runs<T>(
     let noisy = is_noisy(&values, &long);
     for (first, length) in long {
         let at_ns = series.time_ns[first];
-        if !noisy && !moved(at_ns, series.time_ns[first + length - 1]) {
+        let must_move = moved.as_ref().map(|moved| moved(at_ns, series.time_ns[first + length - 1]));
+        let shows_noise = noisy && !(must_move.is_some() && first == 0);
+        if !shows_noise && must_move != Some(true) {
             continue;
         }
         let span_ms = (series.time_ns[first + length - 1] - at_ns) as f64 * 1e-6;

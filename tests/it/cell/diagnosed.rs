@@ -6,7 +6,7 @@ use crate::shell::{Ran, Shell};
 /// N/m³; the start of a fit is a third of it.
 pub const HIDDEN: &str = "[[fault]]\nid = \"stiffness-hardening\"\ncubic_n_per_m3 = 9e6\n";
 
-fn folder(cell_text: &str) -> Shell {
+pub fn folder(cell_text: &str) -> Shell {
     let shell = Shell::new();
     for file in fixtures::CELL_FILES.iter().filter(|file| file.name.contains('/')) {
         std::fs::create_dir_all(shell.path(file.name).parent().unwrap()).unwrap();

@@ -139,7 +139,7 @@ fn too_many_gaps_leave_it_undecided_with_a_sentence() {
     assert_eq!((comparison.verdict, exit_code(&comparison)), (CompareVerdict::CannotSay, 3));
 }
 
-/// On a wire with four digits nothing of this is seen: the rounding allows it.
+/// On a wire with four digits a lost frame is found by its stamps, and nobody is blamed for it.
 #[test]
 fn gaps_on_a_coarse_wire() {
     let mut cell = cell("bench", &fault("drop", "rsi-frame", 200, ""));
