@@ -3,6 +3,7 @@
 //! Without Python the tests are skipped, and say so. The short form has 1,000 cycles, `DOCKHIL_FULL=1` has 10,000. The clients
 //! that others have published run where `tests/foreign/third_party.sh` has installed them and says so in `DOCKHIL_THIRD_PARTY`.
 
+use crate::shell::Shell;
 use harness::cell::run::{Options, Ran, run};
 use harness::cell::wires::{Addresses, Pace, Wires};
 use harness::cell::{Cell, process::Started};
@@ -198,4 +199,25 @@ fn published_clients_run_the_virtual_cell() {
     check_third_party(&python, "pynetft", "127.0.0.1:0");
     // NetFT knows one port only.
     check_third_party(&python, "netft", "127.0.0.49:49152");
+}
+
+/// A program that is another one the second time: what is told and kept is the first run, and the cycle that differs.
+#[test]
+fn of_two_runs_that_differ_the_first_is_kept() {
+    if !has_python() {
+        return;
+    }
+    let shell = Shell::new();
+    let client =
+        |more: &str| format!("exec python3 {} --rsi \"$1\" --ft \"$2\" --cycles 500{more}", script("controller.py"));
+    let text =
+        format!("if [ -e \"$0.again\" ]; then\n{}\nfi\ntouch \"$0.again\"\n{}\n", client(" --sine-mm 0.5"), client(""));
+    shell.write("fickle.sh", &text);
+    let command = ["--controller", "sh DIR/fickle.sh {rsi} {ft}", "--patience", "60000", "--wait", "60"];
+    let fixed = ["test", "--cell", "bench", "--twice", "-o", "DIR/first.mcap"];
+    let ran = shell.run(&[&fixed[..], &command].concat());
+    assert_eq!(ran.exit, 5, "{}{}", ran.out, ran.err);
+    assert!(ran.err.contains("two runs of the controller differ, first in cycle "), "{}", ran.err);
+    assert!(ran.out.contains("500 of 500 cycles"), "{}", ran.out);
+    assert!(shell.path("first.mcap").exists());
 }

@@ -30,6 +30,7 @@
 //! other sensors only those act that need no layout (drop, truncate, flip bit and the like).
 
 mod action;
+mod classes;
 mod document;
 mod faulty;
 mod record;
@@ -39,6 +40,7 @@ pub mod table;
 mod wire_fault;
 
 pub use action::Action;
+pub use classes::CLASSES;
 pub use faulty::{Faulty, Out, Robot};
 pub use schedule::{Event, Schedule};
 pub use table::{Needs, Row, TABLE, alike, row};

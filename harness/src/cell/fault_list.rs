@@ -1,7 +1,7 @@
 //! The faults of the wire as text, for those who write a `[[fault]]`: what each does, its parameters, its streams, and how it is
 //! seen. All of it comes from [`drivers::fault`]; nothing is said twice.
 
-use drivers::fault::{Action, TABLE};
+use drivers::fault::{Action, CLASSES, TABLE};
 use serde_json::Value;
 use std::fmt::Write as _;
 
@@ -21,7 +21,13 @@ Effects of the catalogue are faults too, with their parameters and without a str
 
 ";
 
-/// All faults: `id`, what happens, parameters with their defaults, and for each stream the classes that the computer reports.
+const SEEN: &str = "
+What the computer says, in reports and recordings:
+
+";
+
+/// All faults: `id`, what happens, parameters with their defaults, and for each stream the classes that the computer reports; then
+/// what each class means.
 pub fn text() -> String {
     let schema = serde_json::to_value(schemars::schema_for!(Action)).unwrap_or_default();
     let mut out = HEAD.to_owned();
@@ -39,6 +45,10 @@ pub fn text() -> String {
                 if row.classes.is_empty() { "not seen from the computer".to_owned() } else { row.classes.join(", ") };
             let _ = writeln!(out, "  on {}: {classes}", row.on.id());
         }
+    }
+    out += SEEN;
+    for (class, meaning) in CLASSES {
+        let _ = writeln!(out, "{class}: {meaning}");
     }
     out
 }

@@ -62,8 +62,10 @@ impl Cell {
     pub fn sensor(&self) -> Result<ft::Settings, Error> {
         let settings = self.config.sensor.protocol.clone().try_into::<ft::Settings>();
         settings.map_err(|error| {
-            let what = format!("sensor: {}", error.message().replace('\n', " "));
-            self.at("sensor", &what, "correct the table [sensor]")
+            let what = error.message().replace('\n', " ");
+            let unknown = what.strip_prefix("unknown field `").and_then(|rest| rest.split_once('`'));
+            let place = unknown.map_or("sensor".to_owned(), |(key, _)| format!("sensor.{key}"));
+            self.at(&place, &format!("sensor: {what}"), "correct the table [sensor]")
         })
     }
 

@@ -345,7 +345,10 @@ impl Wires {
                         .help("its own output says why"));
                 }
                 if self.clock.now() > limit {
-                    let what = format!("nobody listens at {address} for {name} within {:?}: {error}", self.ready);
+                    let what = format!(
+                        "nobody listens at {address} for {name} within {} s: {error}",
+                        self.ready.as_secs_f64()
+                    );
                     let help =
                         "start the controller; its Ethernet configuration says TCP, so that the robot connects to it";
                     return Err(Error::new(what).help(help));
@@ -423,8 +426,11 @@ impl Peer for Wires {
                     .help("its own output says why"));
             }
             if self.clock.now() > limit {
-                let what =
-                    format!("nobody asked the sensor at {} for its stream within {:?}", self.sensor(), self.ready);
+                let what = format!(
+                    "nobody asked the sensor at {} for its stream within {} s",
+                    self.sensor(),
+                    self.ready.as_secs_f64()
+                );
                 return Err(Error::new(what)
                     .help("start the controller: it binds the ports of the robots, then asks the sensor to start"));
             }

@@ -84,7 +84,11 @@ fn goes_back(back: &Back) -> Error {
 }
 
 fn others(tapped: &Tapped) -> String {
-    let others: Vec<String> = tapped.others.iter().map(|(to, count)| format!("{count} packets {to}")).collect();
+    let others: Vec<String> = tapped
+        .others
+        .iter()
+        .map(|(to, count)| format!("{count} packet{} {to}", if *count == 1 { "" } else { "s" }))
+        .collect();
     if others.is_empty() { "no other UDP or TCP".to_owned() } else { others.join(", ") }
 }
 
@@ -97,7 +101,9 @@ pub(super) fn shortfalls(outcome: &Outcome, cell: &Cell) -> Vec<(Exit, Error)> {
         (None, None) => error,
     };
     if summary.frames() == 0 && (summary.samples == 0 || tapped.is_some_and(|tapped| tapped.matched.total() == 0)) {
-        return vec![(Exit::NothingToRun, named(nothing(tapped)))];
+        let is_none = tapped.is_some_and(|tapped| tapped.damage.is_some() && tapped.tally.frames == 0);
+        let exit = if is_none { Exit::BadInput } else { Exit::NothingToRun };
+        return vec![(exit, named(nothing(tapped)))];
     }
     let mut missing = Vec::new();
     if summary.frames() == 0 {

@@ -92,11 +92,19 @@ impl Arguments {
         let tested = self.once(&cell, catalog, console)?;
         if self.twice && tested.complaint.is_none() && !tested.ran.interrupted {
             let again = self.once(&cell, catalog, console)?;
+            let first = |console: &mut Console<'_>| {
+                self.running.ended(&cell, &tested.ran, tested.timing.as_ref(), None, console)
+            };
             if again.ran.interrupted {
-                return self.running.ended(&cell, &again.ran, again.timing.as_ref(), again.complaint, console);
+                first(console)?;
+                let cycles = again.ran.cycles;
+                console.say(&format!("a signal ended the second run in cycle {cycles}; what is told is the first\n"));
+                return Ok(Exit::Interrupted);
             }
             if let Some(cycle) = tested.ran.first_difference(&again.ran) {
-                let what = format!("two runs of the controller differ, first in cycle {cycle}");
+                first(console)?;
+                let what =
+                    format!("two runs of the controller differ, first in cycle {cycle}; what is told is the first");
                 let help =
                     "the cell is the same both times: look for a clock, a random number or a race in the controller";
                 console.error(&Error::new(what).place("argument --twice").help(help));

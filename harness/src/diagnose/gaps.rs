@@ -30,8 +30,6 @@ pub struct Gaps {
     pub unheard_s: Vec<f64>,
     /// Times at which the software did something else soon after a gap, in s.
     pub resumed_s: Vec<f64>,
-    /// Times at which the last digit of a pose decides whether a force acts, in s.
-    pub on_edge_s: Vec<f64>,
     /// Cycles that could not be judged.
     pub left_out: usize,
     /// Share of the cycles in which a force acts that were judged.
@@ -40,7 +38,7 @@ pub struct Gaps {
 
 impl Gaps {
     /// What is missing in the recording, and how much was judged; none where nobody needed it.
-    pub(super) fn of(case: &Case, felt: &[Balance], judged: &[bool], edges: &[bool]) -> Option<Gaps> {
+    pub(super) fn of(case: &Case, felt: &[Balance], judged: &[bool]) -> Option<Gaps> {
         let time_s = |tick: usize| case.loop_time_s(tick);
         let ticks = 0..case.commanded.len();
         let nothing = |all: &[Has], at: usize| all.get(at) == Some(&Has::Nothing);
@@ -62,7 +60,6 @@ impl Gaps {
             without_reading_s: ticks.filter(reading).map(time_s).collect(),
             unheard_s: unheard.iter().map(|tick| time_s(*tick)).collect(),
             resumed_s: resumed.iter().map(|tick| time_s(*tick)).collect(),
-            on_edge_s: edges.iter().enumerate().filter(|(_, edge)| **edge).map(|(tick, _)| time_s(tick)).collect(),
             left_out: judged.iter().filter(|judged| !**judged).count(),
             judged_share: if all == 0 { 1.0 } else { shown as f64 / all as f64 },
         };
@@ -88,7 +85,6 @@ impl Gaps {
             of(&self.without_reading_s, "without a reading that is surely its own"),
             of(&self.unheard_s, "whose command did not reach the robot in time"),
             of(&self.resumed_s, "soon after a gap in which the software did what the recording does not explain"),
-            of(&self.on_edge_s, "in which the last digit of the pose decides whether a force acts"),
         ];
         let missing = parts.into_iter().flatten().collect::<Vec<String>>().join(", ");
         if !self.is_enough() {

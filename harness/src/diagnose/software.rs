@@ -12,7 +12,7 @@
 
 use super::gaps::Gaps;
 use super::paths::LeftOver;
-use super::stretches::{Judged, edges, rounding_m};
+use super::stretches::{Judged, rounding_m};
 use crate::blocks::{self, Cell, Held};
 use crate::case::Case;
 use crate::model::{Chosen, Model};
@@ -295,8 +295,7 @@ impl<'a> Examined<'a> {
         let mut software =
             Software { rounding_m: rounding_m(case), on_reported_pose: inputs.reported, ..Software::not_examined() };
         let mut judged = Judged::whole(model, case, &inputs);
-        let on_edge = || edges(model, case, &inputs).contains(&true);
-        if Judged::is_needed(case) || !closes(judged.closure_m(case), software.rounding_m) && on_edge() {
+        if Judged::is_needed(case) {
             judged = Judged::with(model, case, &inputs);
             software.gaps = judged.gaps(case, &balances(model, case, &inputs));
         }

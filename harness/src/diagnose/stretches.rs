@@ -1,9 +1,8 @@
 //! The stretches of a recording on which our software is judged.
 //!
 //! Where a command, a pose or a reading is missing, what the software had is not known. It begins anew after it: along a stretch
-//! `x₊ - 2x + x₋ = -(F + F₋) T² / (2m)` must add up from its first two commands on. What a gap hides is found by asking what would
-//! be otherwise if that which is missing were otherwise; a compensator that never forgets leaves nothing to judge. In the same way a
-//! tick is left out at which the last digit of a pose decides whether a force acts.
+//! `x₊ - 2x + x₋ = -(F + F₋) T² / (2m)` must add up. What a gap hides is found by asking what would
+//! be otherwise if that which is missing were otherwise; a compensator that never forgets leaves nothing to judge.
 //!
 //! Not covered: a compensation that moves the command, which then does not tell where the satellites are.
 
@@ -21,10 +20,6 @@ const MOVED_M: f64 = 1e-3;
 const MOVED_N: f64 = 10.0;
 /// A force hangs on it from here on: it bends no path by more than rounding.
 const HANGS_N: f64 = 1e-6;
-/// A pose whose last digit is not known, where the commands have all their digits: far above the rounding of a metre.
-const DIGIT_M: f64 = 1e-12;
-/// A force that a pose switches is the same for a shift that is so much larger; what grows with the pose is so much larger too.
-const WIDER: f64 = 16.0;
 /// Bend of the path of commands that is rounding, beside that of their own wire, in m.
 pub(super) const BEND_M: f64 = 1e-12;
 
@@ -64,8 +59,6 @@ pub(super) fn round_trip(model: &Model, case: &Case, effects: &[Chosen]) -> usiz
 pub struct Judged {
     /// Ticks whose net force is not known.
     unsure: Vec<bool>,
-    /// Ticks at which the last digit of a pose decides which force acts.
-    edges: Vec<bool>,
     balances: Vec<Option<Balance>>,
     step_m_per_n: f64,
 }
@@ -81,7 +74,7 @@ impl Judged {
     fn nowhere(case: &Case, inputs: &Inputs<'_>) -> Self {
         let period_s = case.rates.loop_period.seconds();
         let step_m_per_n = period_s * period_s / (2.0 * case.mass_kg * inputs.mass_ratio);
-        Judged { unsure: Vec::new(), edges: Vec::new(), balances: Vec::new(), step_m_per_n }
+        Judged { unsure: Vec::new(), balances: Vec::new(), step_m_per_n }
     }
 
     /// Of the model as it stands.
@@ -98,19 +91,17 @@ impl Judged {
     pub(super) fn with(model: &Model, case: &Case, inputs: &Inputs<'_>) -> Self {
         let case = &held(case);
         let inputs = &Inputs { clamped: true, ..*inputs };
-        let edges = edges(model, case, inputs);
-        let mut unsure = unsure(model, case, inputs);
-        unsure.iter_mut().zip(&edges).for_each(|(unsure, edge)| *unsure |= edge);
-        let mut judged = Judged { unsure, edges, ..Judged::nowhere(case, inputs) };
+        let mut judged = Judged { unsure: unsure(model, case, inputs), ..Judged::nowhere(case, inputs) };
         judged.balances = judged.masked(case, balances(model, case, inputs));
         judged
     }
 
     /// The same ticks with other inputs; the mass stays.
     pub(super) fn again(&self, model: &Model, case: &Case, inputs: &Inputs<'_>) -> Self {
+        let case = &held(case);
         let all = balances(model, case, inputs);
         let balances = if self.is_whole() { all.into_iter().map(Some).collect() } else { self.masked(case, all) };
-        Judged { unsure: self.unsure.clone(), edges: Vec::new(), balances, step_m_per_n: self.step_m_per_n }
+        Judged { unsure: self.unsure.clone(), balances, step_m_per_n: self.step_m_per_n }
     }
 
     /// Judged anew with other inputs, the mass among them.
@@ -174,29 +165,8 @@ impl Judged {
     /// What is missing in the recording, and how much was judged; none where nobody needed it.
     pub(super) fn gaps(&self, case: &Case, felt: &[Balance]) -> Option<Gaps> {
         let judged: Vec<bool> = self.balances.iter().map(Option::is_some).collect();
-        Gaps::of(case, felt, &judged, &self.edges)
+        Gaps::of(case, felt, &judged)
     }
-}
-
-/// Ticks at which the last digit of the recorded poses decides which force acts.
-pub(super) fn edges(model: &Model, case: &Case, inputs: &Inputs<'_>) -> Vec<bool> {
-    let inputs = &Inputs { clamped: true, ..*inputs };
-    let plain = recomputed(model, case, inputs).1;
-    let mut edges = vec![false; plain.len()];
-    for sign in [-1.0, 1.0] {
-        let [near, far] = [1.0, WIDER].map(|times| {
-            let mut there = case.clone();
-            let shift_m = sign * times * DIGIT_M.max(case.command_quantum_m);
-            there.commanded.iter_mut().for_each(|motion| motion.position_m += shift_m);
-            there.measured_m.value.iter_mut().for_each(|position_m| *position_m += shift_m);
-            recomputed(model, &there, inputs).1
-        });
-        for (tick, edge) in edges.iter_mut().enumerate() {
-            let [near_n, far_n] = [&near, &far].map(|there| (there[tick] - plain[tick]).abs());
-            *edge |= near_n > HANGS_N && near_n > 0.5 * far_n;
-        }
-    }
-    edges
 }
 
 /// Ticks at which the net force hangs on something that is missing.

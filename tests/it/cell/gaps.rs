@@ -55,21 +55,18 @@ fn near(times_s: &[f64], wanted_s: &[f64]) {
 /// From 8 mm away at these speeds the satellites stand on the edge of the contact to the last digit, in one of the cycles.
 #[test]
 fn a_pose_on_the_edge_of_the_contact_blames_nobody() {
-    let mut on_edge = 0;
     for velocity_m_per_s in [0.01, 0.025, 0.04, 0.1] {
         let mut bench = cell("bench", "");
         bench.config.start.velocity_m_per_s = velocity_m_per_s;
         let comparison = compared_with(reference(&bench, 2.0).session, 1.0);
         let software = &comparison.sessions[0].software;
-        assert!(software.closes() && software.is_judged(), "{velocity_m_per_s}: {software:?}");
+        assert!(software.closes() && software.gaps.is_none(), "{velocity_m_per_s}: {software:?}");
         assert_eq!((software.mass_ratio, software.bias_error_n), (1.0, 0.0), "{velocity_m_per_s}");
-        on_edge += software.gaps.as_ref().map_or(0, |gaps| gaps.on_edge_s.len());
         // What is wrong is found all the same.
         let other = compared_with(reference(&bench, 2.0).session, 1.05);
         let ratio = other.sessions[0].software.mass_ratio;
         assert!((ratio * 1.05 - 1.0).abs() < 1e-3, "{velocity_m_per_s}: {ratio}");
     }
-    assert!(on_edge > 0, "one of them stands on the edge");
 }
 
 #[test]

@@ -224,6 +224,16 @@ fn what_the_cell_cannot_do_is_refused_at_its_line() {
 }
 
 #[test]
+fn an_unknown_key_of_the_sensor_is_shown_where_it_stands() {
+    let bench = Bench::new("");
+    let text = bench.text.replace("rate_hz = 1000", "rate_hs = 1000");
+    let line = text.lines().position(|line| line.starts_with("rate_hs")).unwrap() + 1;
+    bench.shell.write("cell.toml", &text);
+    let ran = bench.shell.run(&["test", "--controller", "reference", "--cell", "DIR/cell.toml"]);
+    check(&ran, 2, &[&format!("cell.toml: line {line}: sensor: unknown field `rate_hs`"), "`rate_hz`"]);
+}
+
+#[test]
 fn a_fault_of_the_network_that_did_nothing_is_an_error_of_the_run() {
     let bench = Bench::new("[[fault]]\nid = \"foreign-peer\"\non = \"rsi-frame\"\nat = 4000\n");
     let (cell, _) = bench.run(&[]);

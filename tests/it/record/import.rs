@@ -135,7 +135,7 @@ fn what_is_in_the_way_is_said() {
     std::fs::write(shell.path("c.pcap"), foreign.pcap()).unwrap();
     let ran = shell.run(&["import", "pcap", "DIR/c.pcap", "--cell", "bench", "--kind", "impact", "-o", "DIR/t.mcap"]);
     assert_eq!(ran.exit, 2);
-    let what = "DIR/c.pcap: no packet of the capture belongs to the cell; it has 1 packets UDP to 10.0.0.9:53";
+    let what = "DIR/c.pcap: no packet of the capture belongs to the cell; it has 1 packet UDP to 10.0.0.9:53";
     assert!(ran.err.replace("\n  │ ", " ").contains(what), "{}", ran.err);
     std::fs::write(shell.path("c.pcap"), b"not a capture").unwrap();
     let ran = shell.run(&["import", "pcap", "DIR/c.pcap", "--cell", "bench", "--kind", "impact", "-o", "DIR/t.mcap"]);
