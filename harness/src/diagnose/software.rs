@@ -273,8 +273,9 @@ pub fn examine(model: &Model, case: &Case, effects: &[Chosen], delay: &Chosen) -
     let poses: &[bool] = if model.hears_pose() { &[false, true] } else { &[false] };
     let plain = |reported: bool| Examined::plain(model, case, Inputs { reported, ..Inputs::plain(effects) });
     let all: Vec<Examined<'_>> = poses.iter().map(|reported| plain(*reported)).collect();
-    if let Some(sound) = all.iter().find(|one| !one.software.is_judged() || one.software.closes()) {
-        return sound.software.clone();
+    let sound = all.iter().find(|one| one.software.is_judged() && one.software.closes());
+    if let Some(told) = sound.or_else(|| all.iter().find(|one| !one.software.is_judged())) {
+        return told.software.clone();
     }
     let searched: Vec<Software> = all.iter().map(|one| one.searched(delay)).collect();
     searched.iter().find(|one| one.explained()).unwrap_or(&searched[0]).clone()

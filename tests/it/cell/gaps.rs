@@ -136,15 +136,48 @@ fn too_many_gaps_leave_it_undecided_with_a_sentence() {
     assert_eq!((comparison.verdict, exit_code(&comparison)), (CompareVerdict::CannotSay, 3));
 }
 
+/// A run of the bench with these faults on a wire with four digits.
+fn coarse(faults: &str) -> Session {
+    let mut cell = cell("bench", faults);
+    cell.source.text = cell.source.text.replace("decimals = 9", "decimals = 4");
+    cell.config = CellConfig::parse("bench", &cell.source.text).unwrap();
+    reference(&cell, 2.0).session
+}
+
 /// On a wire with four digits a lost frame is found by its stamps, and nobody is blamed for it.
 #[test]
 fn gaps_on_a_coarse_wire() {
-    let mut cell = cell("bench", &fault("drop", "rsi-frame", 200, ""));
-    cell.source.text = cell.source.text.replace("decimals = 9", "decimals = 4");
-    cell.config = CellConfig::parse("bench", &cell.source.text).unwrap();
-    let comparison = compared_with(reference(&cell, 2.0).session, 1.0);
+    let comparison = compared_with(coarse(&fault("drop", "rsi-frame", 200, "")), 1.0);
     assert_eq!(comparison.verdict, CompareVerdict::InsideNoise, "{:?}", comparison.findings);
     near(&comparison.sessions[0].software.gaps.as_ref().unwrap().without_command_s, &[0.8]);
+}
+
+/// What four digits leave is a step of the last one, however long the recording: a mass that is wrong by a thousandth shows.
+#[test]
+fn a_wrong_mass_is_named_on_a_coarse_wire() {
+    for mass in [1.02, 0.999] {
+        let software = compared_with(coarse(""), mass).sessions[0].software.clone();
+        assert!(!software.closes() && software.explained(), "{mass}: {software:?}");
+        assert!(software.rounding_m < 2.5e-7 && software.closure_found_m.unwrap() < 1.5e-7, "{mass}: {software:?}");
+        assert_eq!((software.bias_error_n, software.clock_offset_s), (0.0, 0.0), "{mass}: {software:?}");
+        let off = (software.mass_ratio * mass - 1.0).abs();
+        assert!(off < 4.0 * software.mass_ratio_sd && software.mass_ratio_sd < 1e-3, "{mass}: {off}, {software:?}");
+    }
+}
+
+/// A robot that is not as the model has it is no fault of the software: it closes with the pose that was reported.
+#[test]
+fn a_slow_robot_is_not_the_software() {
+    let slow = "[[fault]]\nid = \"robot-second-order\"\nnatural_frequency_hz = 12\ndamping_ratio = 0.6\n";
+    for session in [session(slow), coarse(slow)] {
+        let comparison = compared_with(session.clone(), 1.0);
+        let software = &comparison.sessions[0].software;
+        assert!(software.closes() && software.on_reported_pose && software.mass_ratio == 1.0, "{software:?}");
+        // A wrong mass is one with either pose.
+        let wrong = compared_with(session, 1.02).sessions[0].software.clone();
+        assert!(!wrong.closes() && wrong.explained() && wrong.on_reported_pose, "{wrong:?}");
+        assert!((wrong.mass_ratio * 1.02 - 1.0).abs() < 1e-3, "{wrong:?}");
+    }
 }
 
 /// What is hidden in the cell is named through lost frames, answers and readings, and nothing else is.
