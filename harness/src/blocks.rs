@@ -314,9 +314,16 @@ pub fn force(
     let attached = attached(effects, is_on_force);
     trace.clear();
     let clamps = Clamps { achieved: Some(&path.achieved), ..Clamps::default() };
-    cell.run(&attached, case.rates, &start(case), &clamps, Columns::FORCE, trace);
     let late_s: f64 = attached.iter().map(|attached| attached.effect.stamp_offset_s()).sum();
-    stamped(&trace.sensed, late_s / case.rates.sensor_period.seconds())
+    let late = late_s / case.rates.sensor_period.seconds();
+    // The first samples of a late stream were taken before its first stamp: the sensor ticks that much earlier, as far as the run goes.
+    let sooner = (libm::floor(late) as i64).clamp(0, case.rates.sensor_phase.0 / case.rates.sensor_period.0);
+    let sensor_phase = Nanos(case.rates.sensor_phase.0 - sooner * case.rates.sensor_period.0);
+    let rates = Rates { sensor_phase, ..case.rates };
+    cell.run(&attached, rates, &start(case), &clamps, Columns::FORCE, trace);
+    let mut sensed = stamped(&trace.sensed, late - sooner as f64);
+    sensed.truncate(case.sensed_n.value.len());
+    sensed
 }
 
 /// The samples as the recorder stamps them: `late` sample periods late, on the straight line between two samples.

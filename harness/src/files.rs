@@ -9,7 +9,9 @@ use std::path::Path;
 /// a pipe or a device, is written to and stays what it is.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     let failed = |error: std::io::Error| {
-        Error::new(format!("cannot write: {error}")).file(path).help("check that the folder exists and is writable")
+        Error::new(format!("cannot write: {error}"))
+            .file(path)
+            .help("check that the folder exists, is writable and has room")
     };
     if path.metadata().is_ok_and(|about| !about.is_file()) {
         let opened = std::fs::OpenOptions::new().write(true).open(path);

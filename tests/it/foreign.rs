@@ -218,6 +218,6 @@ fn of_two_runs_that_differ_the_first_is_kept() {
     let ran = shell.run(&[&fixed[..], &command].concat());
     assert_eq!(ran.exit, 5, "{}{}", ran.out, ran.err);
     assert!(ran.err.contains("two runs of the controller differ, first in cycle "), "{}", ran.err);
-    assert!(ran.out.contains("500 of 500 cycles"), "{}", ran.out);
+    assert!(ran.out.contains("500 of 500 cycles") && ran.out.contains("fail: two runs of the"), "{}", ran.out);
     assert!(shell.path("first.mcap").exists());
 }

@@ -121,7 +121,11 @@ fn who_reads_little_makes_nothing_of_the_rest() {
         let bare = Trace { achieved: Vec::new(), measured_steps: Vec::new(), ..full.clone() };
         assert_eq!(lean.fingerprint(), bare.fingerprint(), "{}", kind.id);
         assert!(full.achieved.iter().any(|motion| motion.acceleration_m_per_s2 != 0.0));
-        let reads = if kind.id == "tool-inertia" { Reads::Accelerations } else { Reads::Loads };
+        let reads = match kind.id.as_ref() {
+            "tool-inertia" => Reads::Accelerations,
+            "tool-weight" => Reads::Motions,
+            _ => Reads::Loads,
+        };
         assert_eq!(effects[0].effect.reads(), reads, "{}", kind.id);
     }
 }

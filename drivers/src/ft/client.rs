@@ -190,6 +190,7 @@ impl<W: Wire> Client<W> {
             force_n: [fx, fy, fz],
             torque_n_m: [tx, ty, tz],
             status: reading.status,
+            health,
             sequence: self.sequence.as_ref().and_then(Sequence::last),
             device_s,
         }));

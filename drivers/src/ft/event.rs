@@ -15,10 +15,19 @@ pub struct Sample {
     pub torque_n_m: [f64; 3],
     /// Status word as it came; 0 where the protocol has none.
     pub status: u32,
+    /// What it amounts to.
+    pub health: Health,
     /// Packet counter, unwrapped: its low bits are those of the wire.
     pub sequence: Option<u64>,
     /// Clock of the device, unwrapped, in s; `None` where it has none, or while its counter cannot be believed.
     pub device_s: Option<f64>,
+}
+
+impl Sample {
+    /// Whether the reading is a measurement: neither clipped nor invalid.
+    pub fn is_measured(&self) -> bool {
+        matches!(self.health, Health::Good | Health::Warning)
+    }
 }
 
 /// How well the sensor says it is.

@@ -188,17 +188,26 @@ fn hashed(print: u64, bytes: &[u8]) -> u64 {
     bytes.iter().fold(print, |print, byte| (print ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3))
 }
 
-/// Runs a cell with this peer.
+/// What a run is made of; asked before anybody is started or waited for.
 ///
 /// # Errors
-/// When the cell's files are wrong, or the wires fail.
-pub fn run(cell: &Cell, catalog: &Catalog<Axis>, options: &Options, peer: &mut dyn Peer) -> Result<Ran, Error> {
+/// When the files of a cell cannot go together, a fault cannot be, or there is no seed.
+pub fn check(cell: &Cell, catalog: &Catalog<Axis>) -> Result<(Model, Faults, u64), Error> {
     let model = cell.model(catalog)?;
     let faults = Faults::of(cell, &model, catalog)?;
     let Some(seed) = cell.config.seed else {
         let help = "add seed = a whole number: noise and faults are drawn from it";
         return Err(cell.at("name", "the cell has no seed", help));
     };
+    Ok((model, faults, seed))
+}
+
+/// Runs a cell with this peer.
+///
+/// # Errors
+/// When the cell's files are wrong, or the wires fail.
+pub fn run(cell: &Cell, catalog: &Catalog<Axis>, options: &Options, peer: &mut dyn Peer) -> Result<Ran, Error> {
+    let (model, faults, seed) = check(cell, catalog)?;
     let cycles = (options.duration_s / cell.config.time.cycle_s).round();
     if !(1.0..=1e9).contains(&cycles) {
         let (shown, cycle_s) = (plain(options.duration_s), cell.config.time.cycle_s);

@@ -300,7 +300,7 @@ impl<'f> VirtualCell<'f> {
                     for event in heard.drain(..) {
                         let ft::Event::Sample(sample) = event else { continue };
                         let wrench = Wrench { force_n: sample.force_n, torque_n_m: sample.torque_n_m };
-                        if self.keeps {
+                        if self.keeps && sample.is_measured() {
                             push(&mut self.log.sensed, packet.at.0, wrench);
                         }
                     }

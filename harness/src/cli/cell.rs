@@ -6,7 +6,7 @@ use super::interrupt::Interrupt;
 use super::outcome::Exit;
 use super::run::did_nothing;
 use crate::cell::page::page;
-use crate::cell::run::{Options, Ran, run};
+use crate::cell::run::{Options, Ran, check, run};
 use crate::cell::timing::Timing;
 use crate::cell::wires::{Addresses, Pace, Wires};
 use crate::cell::{self, Cell, fault_list, session};
@@ -127,29 +127,42 @@ impl Running {
         cell: &Cell,
         ran: &Ran,
         timing: Option<&Timing>,
-        complaint: Option<Error>,
+        complaint: Option<Complaint>,
         console: &mut Console<'_>,
     ) -> Result<Exit, Error> {
         let End { exit, tone, words, error } = End::of(cell, ran, complaint);
-        let mut files = Vec::new();
-        if let Some(path) = self.output.as_ref().filter(|_| ran.cycles > 0) {
-            let bytes = session::mcap(&ran.session, cell)?;
-            files.push((path.display().to_string(), format!("sha256 {}", sha256_hex(&bytes))));
-            console.write(path, &bytes)?;
-        }
-        if let Some(path) = &self.outputs.json {
-            console.save(path, &format!("{:#}\n", json(ran, timing)))?;
-        }
-        let page = page(cell, ran, timing, (tone, words), &console.command, &files);
-        if let Some(path) = &self.outputs.report {
-            console.save(path, &html(&page))?;
-        }
+        let recording = self.output.as_ref().filter(|_| ran.cycles > 0);
+        let recording = recording.map(|path| Ok::<_, Error>((path, session::mcap(&ran.session, cell)?))).transpose()?;
+        let file =
+            |(path, bytes): &(&PathBuf, Vec<u8>)| (path.display().to_string(), format!("sha256 {}", sha256_hex(bytes)));
+        let files: Vec<(String, String)> = recording.iter().map(file).collect();
+        let page = page(cell, ran, timing, (tone, words.clone()), &console.command, &files);
+        // What came out is told also where it cannot be saved.
         if !self.outputs.takes_stdout() {
             console.print(&text(&page, TEXT_WIDTH));
         }
         error.iter().for_each(|error| console.error(error));
+        if let Some((path, bytes)) = &recording {
+            console.write(path, bytes)?;
+        }
+        if let Some(path) = &self.outputs.json {
+            console.save(path, &format!("{:#}\n", json(ran, timing, &words)))?;
+        }
+        if let Some(path) = &self.outputs.report {
+            console.save(path, &html(&page))?;
+        }
         Ok(exit)
     }
+}
+
+/// What somebody else has to say against a run: how it is said in the page, and what goes to standard error.
+pub struct Complaint {
+    /// What the command ends with.
+    pub exit: Exit,
+    /// The verdict.
+    pub words: String,
+    /// The error, where it is one.
+    pub error: Option<Error>,
 }
 
 /// How a run ended.
@@ -161,7 +174,7 @@ struct End {
 }
 
 impl End {
-    fn of(cell: &Cell, ran: &Ran, complaint: Option<Error>) -> Self {
+    fn of(cell: &Cell, ran: &Ran, complaint: Option<Complaint>) -> Self {
         let end = |exit, words: &str, error| {
             let tone = match exit {
                 Exit::Pass => Tone::Good,
@@ -170,8 +183,8 @@ impl End {
             };
             End { exit, tone, words: words.to_owned(), error }
         };
-        if complaint.is_some() {
-            return end(Exit::Failed, "fail: the controller ended with an error of its own", complaint);
+        if let Some(Complaint { exit, words, error }) = complaint {
+            return end(exit, &words, error);
         }
         if ran.interrupted {
             let words = format!("interrupted by a signal after {} of {} cycles", ran.cycles, ran.planned);
@@ -225,7 +238,7 @@ impl Arguments {
         }
         let cell = self.running.read(named)?;
         // What is wrong with the cell is said before anybody is waited for.
-        cell.model(catalog)?;
+        check(&cell, catalog)?;
         let addresses = Addresses::of(&cell);
         let mut wires = Wires::bind(&cell, &addresses, self.timed.pace(&cell), self.timed.ready())?;
         let robots: Vec<String> = addresses
@@ -270,11 +283,12 @@ impl Arguments {
 }
 
 /// What a run did, as data.
-fn json(ran: &Ran, timing: Option<&Timing>) -> serde_json::Value {
+fn json(ran: &Ran, timing: Option<&Timing>, verdict: &str) -> serde_json::Value {
     let stops: Vec<_> =
         ran.stops.iter().map(|(robot, why)| serde_json::json!({ "robot": robot, "why": why })).collect();
     serde_json::json!({
         "schema": 1,
+        "verdict": verdict,
         "cycles": ran.cycles,
         "planned": ran.planned,
         "answered": ran.answered,

@@ -218,7 +218,7 @@ impl Arguments {
     fn begin(&self, cell: &Cell, record: &BTreeMap<String, String>) -> Result<Recorder<File>, Error> {
         let file = if self.force { File::create(&self.output) } else { File::create_new(&self.output) };
         let file = file.map_err(|error| {
-            Error::new(format!("cannot write: {error}")).help("check that the folder exists and is writable")
+            Error::new(format!("cannot write: {error}")).help("check that the folder exists, is writable and has room")
         });
         file.and_then(|file| Recorder::create(file, &cell.config, record, None))
             .map_err(|error| error.file(&self.output))

@@ -96,7 +96,11 @@ fn text(outcome: &Outcome) -> String {
         let sessions = if lines.len() > 1 { format!(", {} RSI sessions", lines.len()) } else { String::new() };
         text += &format!("  {name}: {frames} frames, {replies} replies, Delay D {late}{sessions}\n");
     }
-    text += &format!("  ft: {} samples\n", summary.samples);
+    let unmeasured = match summary.unmeasured {
+        0 => String::new(),
+        count => format!(", {count} of them clipped or invalid by their status: kept raw, and not as forces"),
+    };
+    text += &format!("  ft: {} samples{unmeasured}\n", summary.samples);
     text += &format!("  relative poses: {} commanded, {} measured\n", summary.poses[0], summary.poses[1]);
     for (name, lines) in names.zip(&summary.lines) {
         text += &clock(name, &lines.iter().flatten().collect::<Vec<_>>());
@@ -160,7 +164,7 @@ fn answer(outcome: &Outcome) -> serde_json::Value {
     let latency = outcome.latencies.iter().map(|(name, spread)| json!({ "way": name, "spread": spread }));
     json!({
         "file": outcome.file.as_ref().map(|file| file.display().to_string()), "duration_s": summary.duration_s,
-        "robots": robots, "ft_samples": summary.samples, "biases": summary.biases, "commanded": summary.poses[0], "measured": summary.poses[1],
+        "robots": robots, "ft_samples": summary.samples, "ft_unmeasured": summary.unmeasured, "biases": summary.biases, "commanded": summary.poses[0], "measured": summary.poses[1],
         "clocks": clocks.collect::<Vec<_>>(), "clock_rates": rates.collect::<Vec<_>>(),
         "events": events.collect::<Vec<_>>(), "latency": latency.collect::<Vec<_>>(), "capture": capture,
     })

@@ -203,6 +203,14 @@ fn no_command(summary: &Summary, tapped: Option<&Tapped>, cell: &Cell) -> Option
 }
 
 fn no_reading(outcome: &Outcome, cell: &Cell) -> Option<Error> {
+    let (samples, unmeasured) = (outcome.summary.samples, outcome.summary.unmeasured);
+    if samples > 0 && samples == unmeasured {
+        let what = format!("all {samples} readings of the sensor are clipped or invalid by their own status: {NEEDED}");
+        return Some(
+            Error::new(what)
+                .help("see the ft- events of the session; correct [sensor] of the cell if its status is another one's"),
+        );
+    }
     let heard = outcome.heard.as_ref().filter(|_| outcome.summary.samples == 0)?;
     let address = cell.config.sensor.address;
     let protocol = cell.config.sensor.protocol.get("protocol").cloned();

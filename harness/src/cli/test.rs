@@ -1,6 +1,6 @@
 //! `dockhil test`: a controller under test against the virtual cell: started, watched, stopped, its output kept.
 
-use super::cell::{CONTROLLER, Running, Timed, named};
+use super::cell::{CONTROLLER, Complaint, Running, Timed, named};
 use super::console::Console;
 use super::interrupt::Interrupt;
 use super::outcome::Exit;
@@ -8,7 +8,7 @@ use crate::cell::Cell;
 use crate::cell::controller::{Reference, Task};
 use crate::cell::on_wire::OnWire;
 use crate::cell::process::{Ended, Started, words};
-use crate::cell::run::{InProcess, Options, Ran, run};
+use crate::cell::run::{InProcess, Options, Ran, check, run};
 use crate::cell::timing::Timing;
 use crate::cell::wires::{Addresses, Wires};
 use crate::error::Error;
@@ -57,7 +57,7 @@ struct Tested {
     ran: Ran,
     timing: Option<Timing>,
     /// The program failed by itself.
-    complaint: Option<Error>,
+    complaint: Option<Complaint>,
 }
 
 impl Arguments {
@@ -78,7 +78,7 @@ impl Arguments {
             return Err(Error::new(what).place("argument --controller").help(help));
         }
         let cell = self.running.read(&self.cell)?;
-        cell.model(catalog)?;
+        check(&cell, catalog)?;
         let starts =
             [("{position}", "--position", self.running.position), ("{velocity}", "--velocity", self.running.velocity)];
         for (key, flag, _) in starts.iter().filter(|(key, _, given)| given.is_some() && !self.controller.contains(key))
@@ -92,23 +92,21 @@ impl Arguments {
         let tested = self.once(&cell, catalog, console)?;
         if self.twice && tested.complaint.is_none() && !tested.ran.interrupted {
             let again = self.once(&cell, catalog, console)?;
-            let first = |console: &mut Console<'_>| {
-                self.running.ended(&cell, &tested.ran, tested.timing.as_ref(), None, console)
-            };
             if again.ran.interrupted {
-                first(console)?;
                 let cycles = again.ran.cycles;
-                console.say(&format!("a signal ended the second run in cycle {cycles}; what is told is the first\n"));
-                return Ok(Exit::Interrupted);
+                let words = format!("interrupted by a signal in cycle {cycles} of the second run; this is the first");
+                let complaint = Complaint { exit: Exit::Interrupted, words, error: None };
+                return self.running.ended(&cell, &tested.ran, tested.timing.as_ref(), Some(complaint), console);
             }
             if let Some(cycle) = tested.ran.first_difference(&again.ran) {
-                first(console)?;
                 let what =
                     format!("two runs of the controller differ, first in cycle {cycle}; what is told is the first");
                 let help =
                     "the cell is the same both times: look for a clock, a random number or a race in the controller";
-                console.error(&Error::new(what).place("argument --twice").help(help));
-                return Ok(Exit::Diverged);
+                let words = format!("fail: {what}");
+                let error = Some(Error::new(what).place("argument --twice").help(help));
+                let complaint = Complaint { exit: Exit::Diverged, words, error };
+                return self.running.ended(&cell, &tested.ran, tested.timing.as_ref(), Some(complaint), console);
             }
             console.say("two runs are the same, bit for bit\n");
         }
@@ -134,7 +132,11 @@ impl Arguments {
         let ran = ran.map_err(with_failure)?;
         let complaint = failure.as_ref().map(|failure| {
             let what = format!("the controller {failure} in cycle {} of {}", ran.cycles, ran.planned);
-            Error::new(what).place("argument --controller").help(said)
+            Complaint {
+                exit: Exit::Failed,
+                words: "fail: the controller ended with an error of its own".to_owned(),
+                error: Some(Error::new(what).place("argument --controller").help(said)),
+            }
         });
         Ok(Tested { ran, timing: self.timed.real_time.then_some(timing), complaint })
     }

@@ -62,7 +62,7 @@ pub struct Estimate {
 /// One thing that is missing, and everything that could be it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Group {
-    /// Effects that tell the recordings equally well, best first.
+    /// Effects that tell the recordings equally well: the fitted one, then the others, best first.
     pub effects: Vec<String>,
     /// The same as sets: an alternative may consist of several effects.
     pub alternatives: Vec<Vec<String>>,
@@ -77,7 +77,7 @@ pub struct Group {
 }
 
 /// A base value.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BaseParameter {
     /// As the model has it.
     pub nominal: f64,
@@ -87,8 +87,8 @@ pub struct BaseParameter {
     pub sd: f64,
     /// Whether it is off by more than its uncertainty and the declared repeatability.
     pub wrong: bool,
-    /// The effect that these recordings cannot tell from a wrong value.
-    pub looks_like: Option<&'static str>,
+    /// The effects that these recordings cannot tell from a wrong value.
+    pub looks_like: Vec<String>,
 }
 
 /// A recording, and what was found in it.

@@ -105,7 +105,7 @@ fn search(request: &Request<'_>, mislabelled: bool, problem: &mut Problem, start
     }
     let position = blocks.iter().flatten().filter(|block| block.channel == Channel::Position).map(|block| block.chi2);
     let single = single_sample_chi2(problem, &found);
-    if quality::average(position).0 <= verdict::Q_MAX && single <= verdict::Q_MAX {
+    if quality::average(position).0 <= quality::Q_MAX && single <= quality::Q_MAX {
         return (found, None);
     }
     (request.progress)("decoding losses and jitter from the reported pose");
@@ -175,6 +175,10 @@ fn conclude(
     let before = quality::all_blocks(&declared, &nominal, &own_before);
     let after = quality::all_blocks(problem, &fit.trial, &fit.nuisances);
     let mut base_parameters = verdict::base_parameters(request.model, &found.best.fit, prepared.shared.mass_kg);
+    for base in base_parameters.values_mut().filter(|base| base.wrong) {
+        let known = found.instead.iter().filter(|id| !base.looks_like.contains(id)).cloned();
+        base.looks_like.extend(known.collect::<Vec<_>>());
+    }
     if prepared.shared.convention.is_some() {
         base_parameters.values_mut().for_each(|base| base.wrong = false);
     }

@@ -172,7 +172,7 @@ pub(super) fn diagnose(request: &Request<'_>) -> Result<Outcome, Error> {
     let base = |knob: Knob, nominal: f64| {
         let at = best.fit.knobs.iter().position(|other| *other == knob);
         let sd = at.map_or(f64::MAX, |at| deviations[at].min(f64::MAX));
-        BaseParameter { nominal, fitted: best.fit.trial.get(&knob), sd, wrong: false, looks_like: None }
+        BaseParameter { nominal, fitted: best.fit.trial.get(&knob), sd, wrong: false, looks_like: Vec::new() }
     };
     let diagnosis = Diagnosis {
         schema: 1,

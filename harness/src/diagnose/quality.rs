@@ -5,10 +5,15 @@
 
 use super::problem::{Problem, Run, Scratch, Trial};
 use crate::case::Case;
+use crate::recording::Kind;
 use serde::Serialize;
 
 /// Length of a block: a few periods of the loop, a twentieth of a contact.
 pub const BLOCK_S: f64 = 0.040;
+/// Block statistic above which something is left …
+pub const Q_MAX: f64 = 1.35;
+/// … and as seldom as a normal value beyond this many standard deviations: a few blocks scatter by themselves.
+const Q_SIGMA: f64 = 4.0;
 /// Half length of the windows around first and last contact.
 const EDGE_S: f64 = 0.060;
 
@@ -138,8 +143,8 @@ pub fn phase_of(run: &Run, case: &Case) -> impl Fn(f64) -> Phase {
     let contact = Contact::of(run);
     let kind = case.kind;
     move |time_s| match contact {
-        Some(contact) if kind == crate::recording::Kind::Impact => contact.phase(time_s),
-        _ if kind == crate::recording::Kind::Static => Phase::Rest,
+        Some(contact) if kind == Kind::Impact => contact.phase(time_s),
+        _ if kind == Kind::Static => Phase::Rest,
         _ => Phase::FreeFlight,
     }
 }
@@ -176,4 +181,55 @@ pub fn all_blocks(problem: &Problem, trial: &Trial, nuisances: &[super::problem:
     (0..problem.runs.len())
         .map(|run| blocks(problem, run, &problem.residuals(run, trial, &nuisances[run], &mut scratch)))
         .collect()
+}
+
+/// Where something is left, with its misfit.
+pub fn remainder(problem: &Problem, blocks: &[Vec<Block>]) -> Option<(String, f64)> {
+    let kinds: Vec<Kind> = problem.runs.iter().map(|run| run.case.kind).collect();
+    let mut worst: Option<(String, f64)> = None;
+    let mut look = |words: &str, chosen: &dyn Fn(usize, &Block) -> bool| {
+        let blocks = blocks.iter().enumerate().flat_map(|(run, blocks)| blocks.iter().map(move |block| (run, block)));
+        let (q, n) = average(blocks.filter(|(run, block)| chosen(*run, block)).map(|(_, block)| block.chi2));
+        let limit = Q_MAX.max(mean_square_limit(n));
+        if n > 0 && q > limit && worst.as_ref().is_none_or(|(_, other)| q > *other) {
+            worst = Some((words.to_string(), q));
+        }
+    };
+    for (channel, name) in [(Channel::Force, "force"), (Channel::Position, "reported pose")] {
+        for phase in Phase::ALL {
+            look(&format!("the {name} in {}", phase.name()), &|_, block| {
+                block.channel == channel && block.phase == phase
+            });
+        }
+        look(&format!("the {name} in contact"), &|_, block| block.channel == channel && block.phase.in_contact());
+        look(&format!("the {name}"), &|run, block| block.channel == channel && kinds[run] == Kind::Impact);
+    }
+    worst
+}
+
+/// The mean of `n` squares of normal values that is as rare as one beyond [`Q_SIGMA`] (Wilson and Hilferty: its cube root is normal).
+fn mean_square_limit(n: usize) -> f64 {
+    let spread = 2.0 / (9.0 * n.max(1) as f64);
+    let root = 1.0 - spread + Q_SIGMA * libm::sqrt(spread);
+    root * root * root
+}
+
+#[cfg(test)]
+mod tests {
+    use super::mean_square_limit;
+
+    /// Of an even number of squares it is known how often their mean is beyond a value.
+    #[test]
+    fn the_limit_is_passed_as_seldom_as_four_standard_deviations() {
+        for half in [1, 4, 20, 100] {
+            let x = f64::from(half) * mean_square_limit(2 * half as usize);
+            let mut term = libm::exp(-x);
+            let mut beyond = term;
+            for k in 1..half {
+                term *= x / f64::from(k);
+                beyond += term;
+            }
+            assert!((1.5e-5..4e-5).contains(&beyond), "{half}: {beyond}");
+        }
+    }
 }

@@ -4,10 +4,12 @@
 //! of them ranked by leaving one recording out at a time: `d_s` is by how much twice the log predictive density of the left-out
 //! recording s rises. After each addition members are pruned and swapped, since the first pick may have imitated two others.
 
+mod ties;
 mod visible;
 
 use super::fit::{Fit, Signature, fit, fit_without, predictive, signature};
 use super::problem::{Knob, Problem, Scratch, Trial};
+use super::quality::{Block, all_blocks, remainder};
 pub use super::rules::Rules;
 use super::verdict::denies_model;
 use crate::model::{Chosen, RigKind};
@@ -43,10 +45,6 @@ impl Tried {
     }
 }
 
-/// Sets that leave the same log to the last digit: moving δ of dead time from the command to the read-out and to the force's
-/// transport together changes neither the order nor the size of anything that is written down.
-const EQUIVALENT: [(&str, &[&str]); 1] = [("command-delay", &["measurement-delay", "force-delay"])];
-
 /// One row of a ranking.
 #[derive(Debug, Clone)]
 pub struct Ranked {
@@ -69,10 +67,12 @@ pub struct Found {
     pub best: Tried,
     /// The ranking at each step.
     pub rankings: Vec<Vec<Ranked>>,
-    /// For each effect of the set: those that tell the recordings as well in its place, best first, itself among them.
+    /// For each effect of the set: itself, then those that tell the recordings as well in its place, best first.
     pub ties: BTreeMap<String, Vec<String>>,
     /// For each effect of the set: sets of several effects that tell the recordings as well in its place.
     pub sets: BTreeMap<String, Vec<Vec<String>>>,
+    /// Effects with which the contact is as the model has it, while it is not without them, and which tell the recordings better.
+    pub instead: Vec<String>,
     /// Gain on left-out recordings that each effect of the set is worth.
     pub worth: BTreeMap<String, f64>,
     /// For each kind that is not in the set, and its first parameter: the size that these recordings would have shown.
@@ -188,7 +188,11 @@ impl<'a> Search<'a> {
         let mut rankings = Vec::new();
         for step in 0..self.rules.effects_max {
             (self.progress)(&format!("step {}: trying {} effects", step + 1, self.kinds.len()));
-            let (ranking, next) = self.extend(&best, &rankings);
+            let (mut ranking, mut next) = self.extend(&best, &rankings);
+            if next.is_none() && !rankings.is_empty() && self.leaves_something(&best) {
+                // What imitated an accepted effect may be there beside it: as long as something is left, it is no shadow.
+                (ranking, next) = self.extend(&best, &[]);
+            }
             rankings.push(ranking);
             let Some(next) = next else { break };
             best = self.prune(self.swap(next));
@@ -197,7 +201,8 @@ impl<'a> Search<'a> {
         let (ties, worth) = self.ties(&base, &best);
         let sets = self.equivalent_sets(&best);
         let visible = self.visible(&best);
-        Found { base, best, rankings, ties, sets, worth, visible }
+        let instead = self.instead(&best);
+        Found { base, best, rankings, ties, sets, instead, worth, visible }
     }
 
     /// Tries every effect on top of a set.
@@ -233,14 +238,17 @@ impl<'a> Search<'a> {
         let pick = finalists.first().and_then(|(_, lead)| {
             let order = |tried: &Tried| (self.denies_model(tried), tried.fit.knobs.len());
             let near = finalists.iter().filter(|(_, tried)| {
-                tried.total() - lead.total() <= self.rules.tie_max || self.is_simpler(tried, lead, current)
+                tried.total() - lead.total() <= self.rules.tie_max
+                    || self.is_simpler(tried, lead, current)
+                    || self.is_vaguer(lead, tried, current)
             });
             near.min_by(|(_, a), (_, b)| order(a).cmp(&order(b)).then(a.total().total_cmp(&b.total())))
         });
         let mut next = None;
         if let Some((row, tried)) = pick {
             let extra = tried.fit.knobs.len() - current.fit.knobs.len();
-            if self.accepts(&ranking[*row].gains, ranking[*row].gain, extra) && !self.is_nought(&tried.fit) {
+            let told = !self.is_nought(&tried.fit) && !is_at_limit(&tried.fit);
+            if told && self.accepts(&ranking[*row].gains, ranking[*row].gain, extra) {
                 ranking[*row].accepted = true;
                 next = Some(tried.clone());
             }
@@ -259,6 +267,29 @@ impl<'a> Search<'a> {
         tried.total() - other.total() <= self.rules.simpler_share * worth
             && self.denies_model(other)
             && !self.denies_model(tried)
+    }
+
+    /// Whether the last effect of one set has a parameter that the recordings do not tell, while the other's does without it and tells
+    /// the recordings all but as well.
+    fn is_vaguer(&self, lead: &Tried, other: &Tried, before: &Tried) -> bool {
+        let last = lead.fit.trial.effects.len() - 1;
+        let vague = |knob: &&Knob| {
+            let estimate = lead.fit.estimate(knob);
+            estimate.is_some_and(|(value, sd)| sd.is_nan() || 2.0 * sd > value.abs())
+        };
+        let own = |knob: &&Knob| matches!(knob, Knob::Effect(effect, _) if *effect == last);
+        other.fit.knobs.len() < lead.fit.knobs.len()
+            && lead.fit.knobs.iter().filter(own).any(|knob| vague(&knob))
+            && other.total() - lead.total() <= self.rules.simpler_share * (before.total() - lead.total())
+    }
+
+    fn blocks(&self, fit: &Fit) -> Vec<Vec<Block>> {
+        all_blocks(self.problem, &fit.trial, &fit.nuisances)
+    }
+
+    /// Whether the recordings show more than this set.
+    fn leaves_something(&self, tried: &Tried) -> bool {
+        self.problem.model.rig == RigKind::Docking && remainder(self.problem, &self.blocks(&tried.fit)).is_some()
     }
 
     /// Whether the size of the last effect cannot be told from none: then its gain is what the set before had left unfitted.
@@ -408,54 +439,6 @@ impl<'a> Search<'a> {
         best
     }
 
-    /// For each member, what could stand in its place, and what it is worth.
-    fn ties(&self, base: &Tried, best: &Tried) -> (BTreeMap<String, Vec<String>>, BTreeMap<String, f64>) {
-        let (mut ties, mut worth) = (BTreeMap::new(), BTreeMap::new());
-        for member in self.given..best.fit.trial.effects.len() {
-            let id = best.fit.trial.effects[member].kind.id.to_string();
-            let smaller =
-                if best.fit.trial.effects.len() == self.given + 1 { base.clone() } else { self.without(best, member) };
-            worth.insert(id.clone(), smaller.total() - best.total());
-            let mut fits = self.additions(&smaller, smaller.fit.cost - best.fit.cost);
-            fits.retain(|(other, fit)| *other != id && fit.cost < best.fit.cost + 2.0 * self.rules.gain_certain);
-            fits.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
-            let mut group = vec![(self.denies_model(best), best.total(), id.clone())];
-            for (other, fit) in fits.into_iter().take(self.rules.finalists) {
-                let tried = self.tried(fit);
-                let gains: f64 = tried.gains_over(&smaller).iter().sum();
-                let is_tie = self.is_tie(&best.gains_over(&tried)) || self.is_simpler(&tried, best, &smaller);
-                if gains > self.threshold() && is_tie {
-                    group.push((self.denies_model(&tried), tried.total(), other));
-                }
-            }
-            group.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-            ties.insert(id, group.into_iter().map(|(_, _, id)| id).collect());
-        }
-        (ties, worth)
-    }
-
-    /// Sets that could stand in the place of one member; each is fitted, and kept only if it tells the recordings as well.
-    fn equivalent_sets(&self, best: &Tried) -> BTreeMap<String, Vec<Vec<String>>> {
-        let mut sets = BTreeMap::new();
-        for (id, others) in EQUIVALENT {
-            let Some(member) = best.fit.trial.effects.iter().position(|chosen| chosen.kind.id == id) else { continue };
-            let kinds: Vec<&&Kind<Axis>> =
-                self.kinds.iter().filter(|kind| others.contains(&kind.id.as_ref())).collect();
-            let size = best.fit.trial.effects[member].values[0];
-            let mut trial = best.fit.trial.clone();
-            trial.effects.remove(member);
-            let present = trial.effects.iter().any(|chosen| others.contains(&chosen.kind.id.as_ref()));
-            if kinds.len() < others.len() || present || size <= 0.0 {
-                continue;
-            }
-            trial.effects.extend(kinds.iter().map(|kind| Chosen { kind: (**kind).clone(), values: vec![size] }));
-            if self.fitted(&trial, Some(&best.fit)).cost - best.fit.cost <= self.rules.tie_max {
-                sets.insert(id.to_string(), vec![others.iter().map(|other| other.to_string()).collect()]);
-            }
-        }
-        sets
-    }
-
     /// Whether a deficit on left-out recordings leaves it open which of the two is right.
     fn is_tie(&self, deficits: &[f64]) -> bool {
         let (sum, _) = sum_and_z(deficits);
@@ -474,6 +457,14 @@ fn starts(kind: &Kind<Axis>) -> Vec<Chosen> {
             .collect();
     }
     all.into_iter().map(|values| Chosen { kind: kind.clone(), values }).collect()
+}
+
+/// Whether the size of the last effect lies at its limit: that is no estimate.
+fn is_at_limit(fit: &Fit) -> bool {
+    let Some(chosen) = fit.trial.effects.last() else { return false };
+    let size = chosen.kind.size();
+    let (param, value) = (&chosen.kind.params[size], chosen.values[size]);
+    (value <= param.lower || value >= param.upper) && value.to_bits() != param.off.to_bits()
 }
 
 fn deviation(values: &[f64]) -> f64 {

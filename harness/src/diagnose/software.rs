@@ -30,6 +30,8 @@ use sim_core::trace::{Columns, Trace};
 /// A block that closes this well is our own software, recomputed: a hundred times the rounding of a metre, far below a
 /// micrometre of anything real.
 pub const CLOSED_M: f64 = 1e-9;
+/// What is found and does not close the block must leave less than this share of what was open. Chosen.
+const NEARER: f64 = 0.3;
 /// Furthest shift between the two clocks that is searched, in samples of the force sensor.
 const SHIFT_MAX: i64 = 60;
 /// Ticks with a felt force above this take part: below it the dead band may have acted either way.
@@ -342,10 +344,13 @@ impl<'a> Examined<'a> {
             (software.mass_ratio, software.bias_error_n) = (mass_ratio, bias_error_n);
             software.closure_found_m = Some(self.judged.anew(self.model, self.case, &inputs).closure_m(self.case));
             if software.explained() {
-                break;
+                return software;
             }
         }
-        software
+        let is_nearer =
+            software.closure_found_m.zip(software.closure_m).is_some_and(|(found, open)| found < NEARER * open);
+        // What leaves as much as there was names nothing.
+        if is_nearer { software } else { self.software.clone() }
     }
 
     /// The shift of the force stream that balances best.

@@ -4,19 +4,15 @@ use super::answer::{BaseParameter, TestScore, Verdict};
 use super::examine::{Examined, Shared};
 use super::fit::Fit;
 use super::problem::{Knob, Problem};
-use super::quality::{Block, Channel, Phase, average};
+use super::quality::{Block, remainder};
 use super::random::Decoded;
 use super::search::Found;
 use crate::model::{Chosen, Model};
-use crate::recording::{Grade, Kind, Session};
+use crate::recording::{Grade, Session};
 use sim_core::effect::Catalog;
 use sim_core::space::Axis;
 use std::collections::BTreeMap;
 
-/// Block statistic above which something is left.
-pub const Q_MAX: f64 = 1.35;
-/// … and as seldom as a normal value beyond this many standard deviations: a few blocks scatter by themselves.
-const Q_SIGMA: f64 = 4.0;
 /// Scatter between sessions above this multiple of the declared one is a change, not scatter.
 const SCATTER_MAX: f64 = 2.5;
 /// A session further from the others than this, in declared standard deviations, is odd.
@@ -28,7 +24,7 @@ const WRONG_SD: f64 = 3.0;
 const WRONG_REPEATABILITY: f64 = 2.0;
 /// The effect of a force sensor that reads too much or too little by a factor, and the factors that it may have.
 const SCALE_OF_FORCE: &str = "force-scale";
-const SCALES: std::ops::RangeInclusive<f64> = 0.5..=2.0;
+const SCALES: std::ops::RangeInclusive<f64> = 0.1..=10.0;
 
 /// Everything that a verdict rests on.
 pub struct Evidence<'a> {
@@ -48,33 +44,17 @@ pub struct Evidence<'a> {
 
 impl Evidence<'_> {
     fn names(&self) -> Vec<String> {
-        let fitted = self.found.best.fit.trial.effects[self.given..].iter().map(|chosen| chosen.kind.id.to_string());
+        let group = |chosen: &Chosen| {
+            let id = chosen.kind.id.to_string();
+            self.found.ties.get(&id).map_or(id, |group| group.join(" or "))
+        };
+        let fitted = self.found.best.fit.trial.effects[self.given..].iter().map(group);
         fitted.chain(self.decoded.map(|decoded| decoded.chosen.kind.id.to_string())).collect()
     }
 
     /// Where something is left, with its misfit.
     pub fn remainder(&self) -> Option<(String, f64)> {
-        let kinds: Vec<Kind> = self.problem.runs.iter().map(|run| run.case.kind).collect();
-        let mut worst: Option<(String, f64)> = None;
-        let mut look = |words: &str, chosen: &dyn Fn(usize, &Block) -> bool| {
-            let blocks =
-                self.after.iter().enumerate().flat_map(|(run, blocks)| blocks.iter().map(move |block| (run, block)));
-            let (q, n) = average(blocks.filter(|(run, block)| chosen(*run, block)).map(|(_, block)| block.chi2));
-            let limit = Q_MAX.max(mean_square_limit(n));
-            if n > 0 && q > limit && worst.as_ref().is_none_or(|(_, other)| q > *other) {
-                worst = Some((words.to_string(), q));
-            }
-        };
-        for (channel, name) in [(Channel::Force, "force"), (Channel::Position, "reported pose")] {
-            for phase in Phase::ALL {
-                look(&format!("the {name} in {}", phase.name()), &|_, block| {
-                    block.channel == channel && block.phase == phase
-                });
-            }
-            look(&format!("the {name} in contact"), &|_, block| block.channel == channel && block.phase.in_contact());
-            look(&format!("the {name}"), &|run, block| block.channel == channel && kinds[run] == Kind::Impact);
-        }
-        worst
+        remainder(self.problem, self.after)
     }
 
     /// Which nuisance scatters too much, by how much (relative to the declared).
@@ -93,13 +73,6 @@ impl Evidence<'_> {
         let odd = odd_runs(fit, self.problem.runs.len(), counted).first().map(|(_, _)| worst);
         if worst.1 > SCATTER_MAX { Some(worst) } else { odd }
     }
-}
-
-/// The mean of `n` squares of normal values that is as rare as one beyond [`Q_SIGMA`] (Wilson and Hilferty: its cube root is normal).
-fn mean_square_limit(n: usize) -> f64 {
-    let spread = 2.0 / (9.0 * n.max(1) as f64);
-    let root = 1.0 - spread + Q_SIGMA * libm::sqrt(spread);
-    root * root * root
 }
 
 /// Runs that differ from the others by more than the declared repeatability allows, and why; `counted` nuisances are looked at.
@@ -161,7 +134,7 @@ pub fn base_parameters(model: &Model, fit: &Fit, mass_kg: f64) -> BTreeMap<Strin
     let mut all = of_contact(model, fit);
     let nominal = model.plant.mass_kg;
     let wrong = (mass_kg / nominal - 1.0).abs() > 1e-6;
-    let mass = BaseParameter { nominal, fitted: mass_kg, sd: 0.0, wrong, looks_like: None };
+    let mass = BaseParameter { nominal, fitted: mass_kg, sd: 0.0, wrong, looks_like: Vec::new() };
     all.insert("reduced_mass_kg".into(), mass);
     all
 }
@@ -185,7 +158,7 @@ fn of_contact(model: &Model, fit: &Fit) -> BTreeMap<String, BaseParameter> {
     for (name, knob, nominal, ratio) in &rows {
         let Some((fitted, sd)) = fit.estimate(knob) else { continue };
         let wrong = judged(fitted, sd, *nominal, *ratio);
-        let base = BaseParameter { nominal: *nominal, fitted, sd, wrong, looks_like: None };
+        let base = BaseParameter { nominal: *nominal, fitted, sd, wrong, looks_like: Vec::new() };
         all.insert((*name).to_owned(), base);
     }
     // A sensor that reads too much by a factor makes all of the contact stiffer and more damped by it.
@@ -199,7 +172,7 @@ fn of_contact(model: &Model, fit: &Fit) -> BTreeMap<String, BaseParameter> {
         && SCALES.contains(&factor)
         && scaled(factor)
     {
-        base.looks_like = Some(SCALE_OF_FORCE);
+        base.looks_like.push(SCALE_OF_FORCE.to_owned());
     }
     all
 }
@@ -269,11 +242,13 @@ pub fn sentences(
     }
     for (name, base) in evidence.base.iter().filter(|(_, base)| base.wrong) {
         out.push(format!("{name} is {:.6}, not {:.6} (sd {:.2e}).", base.fitted, base.nominal, base.sd));
-        if let Some(id) = base.looks_like {
-            out.push(format!(
-                "Impacts cannot tell this from a sensor that reads {:.3} times the force ({id}): hang a known weight on it.",
-                base.fitted / base.nominal
-            ));
+        for id in &base.looks_like {
+            out.push(if id == SCALE_OF_FORCE {
+                let factor = base.fitted / base.nominal;
+                format!("Impacts cannot tell this from a sensor that reads {factor:.3} times the force ({id}): hang a known weight on it.")
+            } else {
+                format!("These recordings tell {id} as well, with {name} as the model has it.")
+            });
         }
     }
     for (channel, score) in test {
@@ -309,25 +284,5 @@ fn headline(verdict: Verdict, evidence: &Evidence<'_>) -> String {
             "A recording is not what it says it is; settle that before any physics is blamed.".into()
         }
         Verdict::Undecided => "These recordings cannot answer.".into(),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::mean_square_limit;
-
-    /// Of an even number of squares it is known how often their mean is beyond a value.
-    #[test]
-    fn the_limit_is_passed_as_seldom_as_four_standard_deviations() {
-        for half in [1, 4, 20, 100] {
-            let x = f64::from(half) * mean_square_limit(2 * half as usize);
-            let mut term = libm::exp(-x);
-            let mut beyond = term;
-            for k in 1..half {
-                term *= x / f64::from(k);
-                beyond += term;
-            }
-            assert!((1.5e-5..4e-5).contains(&beyond), "{half}: {beyond}");
-        }
     }
 }

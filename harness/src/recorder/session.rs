@@ -39,6 +39,7 @@ pub struct Recorder<W: Write> {
     first_ns: Option<i64>,
     last_ns: i64,
     samples: u64,
+    unmeasured: u64,
     /// How often the sensor's zero was moved after its first reading.
     biases: u64,
     poses: [u64; 2],
@@ -55,6 +56,8 @@ pub struct Summary {
     pub poses: [u64; 2],
     /// Readings of the sensor.
     pub samples: u64,
+    /// Those of them that are clipped or invalid, by the sensor's own status: kept raw, and not as forces.
+    pub unmeasured: u64,
     /// How often the sensor's zero was moved while it was recorded.
     pub biases: u64,
     /// How often each class of event came, by source.
@@ -103,6 +106,7 @@ impl<W: Write> Recorder<W> {
             first_ns: None,
             last_ns: 0,
             samples: 0,
+            unmeasured: 0,
             biases: 0,
             poses: [0; 2],
         })
@@ -206,10 +210,17 @@ impl<W: Write> Recorder<W> {
         let times = Times { received_ns: sample.received.0, stamp_ns };
         self.span(sample.received);
         self.samples += 1;
-        let raw = json!({
+        let mut raw = json!({
             "received_ns": sample.received.0, "sequence": sample.sequence, "device_s": sample.device_s,
             "status": sample.status,
         });
+        if !sample.is_measured() {
+            // Kept, but not as a force: it is clipped, or not one.
+            self.unmeasured += 1;
+            raw["force_n"] = json!(sample.force_n);
+            raw["torque_n_m"] = json!(sample.torque_n_m);
+            return self.live.json(&topics::SENSOR_RAW, times, &raw);
+        }
         self.live.json(&topics::SENSOR_RAW, times, &raw)?;
         let wrench = Wrench { force_n: sample.force_n, torque_n_m: sample.torque_n_m };
         self.live.wrench(topics::SENSED, times, &wrench)
@@ -302,6 +313,7 @@ impl<W: Write> Recorder<W> {
             robots: robots.map(|robot| (robot.name.clone(), robot.frames, robot.replies, robot.delay)).collect(),
             poses: self.poses,
             samples: self.samples,
+            unmeasured: self.unmeasured,
             biases: self.biases,
             events: self.events.clone(),
             lines,

@@ -188,7 +188,7 @@ impl Linear {
             }
             "contact-gap" => self.left_out.push(format!("{id}: it moves where contact begins, not the loop in it")),
             "clock-offset" => self.left_out.push(format!("{id}: it shifts the log, not the loop")),
-            "force-bias" | "force-bias-drift" => {
+            "force-bias" | "force-bias-drift" | "tool-weight" => {
                 self.left_out.push(format!("{id}: a constant moves the loop, and damps or feeds nothing"));
             }
             "command-jitter" => self.left_out.push(format!("{id}: its mean is zero")),

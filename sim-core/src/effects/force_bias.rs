@@ -41,7 +41,7 @@ pub fn kind() -> Kind<Axis> {
         order: 40,
         family: Family::Sensor,
         rigs: Where::Docking,
-        params: vec![Param::new("force_n", "N", [-1e3, 0.0, 1e3], 0.05, &[0.1])],
+        params: vec![Param::new("force_n", "N", [-1e3, 0.0, 1e3], 0.05, &[0.1, -0.1])],
         verified: Verified::OwnOnly,
         build: Arc::new(|values| Box::new(ForceBias { force_n: values[0] })),
     }

@@ -41,7 +41,7 @@ pub fn kind() -> Kind<Axis> {
         order: 41,
         family: Family::Sensor,
         rigs: Where::Docking,
-        params: vec![Param::new("rate_n_per_s", "N/s", [-10.0, 0.0, 10.0], 0.01, &[0.02])],
+        params: vec![Param::new("rate_n_per_s", "N/s", [-10.0, 0.0, 10.0], 0.01, &[0.02, -0.02])],
         verified: Verified::Foreign("data/hidden-effect d6"),
         build: Arc::new(|values| Box::new(ForceBiasDrift { rate_n_per_s: values[0] })),
     }

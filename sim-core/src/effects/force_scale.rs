@@ -2,7 +2,7 @@
 //!
 //! | symbol | meaning | unit | source |
 //! |---|---|---|---|
-//! | s | ratio of reading to truth | 1 | fitted; 0.97 to 1.03 is the usual range |
+//! | s | ratio of reading to truth | 1 | fitted; 0.97 to 1.03 is the usual range; 0.2248 is N read as lbf |
 //! | u | reading without it: contact, weight and known bias | N | |
 //!
 //! The known bias is electronic and would not be scaled, but this wire carries only the sum. So the known bias c is scaled too,
@@ -44,7 +44,7 @@ pub fn kind() -> Kind<Axis> {
         order: 30,
         family: Family::Sensor,
         rigs: Where::Docking,
-        params: vec![Param::new("scale_ratio", "1", [0.5, 1.0, 2.0], 0.005, &[1.02])],
+        params: vec![Param::new("scale_ratio", "1", [0.1, 1.0, 10.0], 0.005, &[1.02, 0.98])],
         verified: Verified::OwnOnly,
         build: Arc::new(|values| Box::new(ForceScale { scale_ratio: values[0] })),
     }

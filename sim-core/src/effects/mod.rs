@@ -37,4 +37,5 @@ catalogue![
     stiffness_hardening,
     stiffness_power_law,
     tool_inertia,
+    tool_weight,
 ];

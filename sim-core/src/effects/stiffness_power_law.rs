@@ -48,7 +48,7 @@ pub fn kind() -> Kind<Axis> {
         order: 10,
         family: Family::Contact,
         rigs: Where::Docking,
-        params: vec![Param::new("exponent", "1", [0.5, 1.0, 3.0], 0.02, &[1.1])],
+        params: vec![Param::new("exponent", "1", [0.5, 1.0, 3.0], 0.02, &[1.1, 0.9])],
         verified: Verified::OwnOnly,
         build: Arc::new(|values| Box::new(StiffnessPowerLaw { exponent: values[0] })),
     }

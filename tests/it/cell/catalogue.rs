@@ -10,7 +10,7 @@ use sim_core::effect::Where;
 use sim_core::effects::standard;
 
 /// An effect, its size, and what is said at the end.
-const HIDDEN: [(&str, &str, &str); 22] = [
+const HIDDEN: [(&str, &str, &str); 23] = [
     ("", "", "nothing missing"),
     ("clock-offset", "offset_s = 0.004", "explained: clock-offset"),
     ("command-delay", "delay_s = 0.006", "explained: command-delay"),
@@ -33,6 +33,7 @@ const HIDDEN: [(&str, &str, &str); 22] = [
     ("stiffness-hardening", "cubic_n_per_m3 = 9e6", "explained: stiffness-hardening"),
     ("stiffness-power-law", "exponent = 1.2", "explained: stiffness-power-law"),
     ("tool-inertia", "mass_kg = 2", "explained: tool-inertia"),
+    ("tool-weight", "mass_kg = -2", "explained: tool-weight"),
 ];
 
 /// The last line of a diagnosis of a whole campaign: impacts at four speeds, rest, excitation, and two impacts for testing.
@@ -91,8 +92,22 @@ fn noise_is_nothing_and_chance_is_not_counted_twice() {
         (HIDDEN[4].0, HIDDEN[4].1, 3, "explained: command-loss"),
         (HIDDEN[4].0, HIDDEN[4].1, 4, "explained: command-loss"),
         (HIDDEN[2].0, HIDDEN[2].1, 2, "explained: command-delay"),
+        ("clock-offset", "offset_s = 0.02", 2, "explained: clock-offset"),
+        ("force-scale", "scale_ratio = 0.9", 2, "explained: force-scale"),
+        ("force-bias", "force_n = -1.5", 2, "explained: force-bias"),
     ] {
         let said = last_line(id, size, seed);
         assert!(said.contains(wanted), "{id}, seed {seed}: {said}");
     }
+}
+
+/// A slow robot behind a slow link: each of them imitates the other, and both are named.
+#[test]
+fn two_that_imitate_each_other_are_both_named() {
+    let robot =
+        "delay_s = 0.006\n\n[[fault]]\nid = \"robot-second-order\"\nnatural_frequency_hz = 15\ndamping_ratio = 0.8";
+    let said = last_line("command-delay", robot, 2);
+    assert!(said.contains(" explained: "), "{said}");
+    assert!(said.contains("command-delay") && said.contains("robot-second-order"), "{said}");
+    assert!(said.contains(" + "), "{said}");
 }

@@ -301,3 +301,16 @@ fn measurement_delay_begins_on_the_line() {
         }
     }
 }
+
+#[test]
+fn a_turned_tool_weighs_its_sine() {
+    for (mass_kg, pitch_rad, should_n) in
+        [(2.0, 0.5_f64, 9.403_117), (-2.0, 0.5, -9.403_117), (2.0, 0.0, 0.0), (1.0, -1.0, -8.252_011)]
+    {
+        let seen = Signals { achieved: AxisMotion { pitch_rad, ..AxisMotion::default() }, ..Signals::default() };
+        let mut out_n = 3.0;
+        Bench::new("tool-weight", &[mass_kg])
+            .step(|attached, context| attached.effect.sensed(context, &seen, &mut out_n));
+        assert!((out_n - 3.0 - should_n).abs() < 1e-6, "{mass_kg} kg at {pitch_rad} rad: {out_n} N");
+    }
+}

@@ -82,7 +82,10 @@ fn verdict(answer: &Diagnosis) -> String {
     let found = found(answer);
     match answer.verdict {
         Verdict::NothingMissing => "nothing missing: the model reaches the noise of these recordings".to_owned(),
-        Verdict::Explained => format!("explained: {found}"),
+        Verdict::Explained => match &wrong(answer)[..] {
+            [] => format!("explained: {found}"),
+            wrong => format!("explained: {found}, with a wrong {}", listed(wrong, "and")),
+        },
         Verdict::PartlyExplained => format!("partly explained: {found}, and something else is left"),
         Verdict::NoneOfThese => {
             "none of these: something is missing that no effect of the catalogue explains".to_owned()
@@ -98,7 +101,7 @@ fn wrong(answer: &Diagnosis) -> Vec<String> {
     let wrong = answer.base_parameters.iter().filter(|(_, base)| base.wrong);
     let named = |(key, base): (&String, &BaseParameter)| {
         let name = super::words::key(key).0;
-        base.looks_like.map_or_else(|| name.clone(), |id| format!("{name} (or {id})"))
+        if base.looks_like.is_empty() { name } else { format!("{name} (or {})", base.looks_like.join(" or ")) }
     };
     wrong.map(named).collect()
 }

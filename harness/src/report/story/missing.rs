@@ -53,8 +53,8 @@ fn found(answer: &Diagnosis, catalog: &Catalog<Axis>) -> Option<Table> {
     ];
     let note = format!(
         "Each learning recording was left out in turn ({}). Held-out gain: by how much twice the log density of the left-out \
-         recordings rises with the effect. Effects joined by ‘or’ tell these recordings equally well, best first; size and gain \
-         are those of the first.",
+         recordings rises with the effect. Effects joined by ‘or’ tell these recordings equally well; size and gain are those \
+         of the first.",
         counted(learning_count(answer), "recording")
     );
     table(Section::Missing, "What was found", note, columns, rows.collect())
