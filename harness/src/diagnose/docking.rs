@@ -20,6 +20,10 @@ use std::collections::BTreeMap;
 
 /// Found by the software block alone, exactly.
 const CLOCK: &str = "clock-offset";
+/// Speed above which the reported pose tells how late it is.
+const MOVES_M_PER_S: f64 = 0.005;
+/// Share of a tick from which on a link is slower and not only uneven. Chosen.
+const LATE: f64 = 0.2;
 /// Reading above which the interfaces touch: far above noise, offset and dead band.
 const TOUCH_N: f64 = 1.5;
 
@@ -130,7 +134,10 @@ fn single_sample_chi2(problem: &Problem, found: &Found) -> f64 {
 /// The random effect that tells the reported pose best, on the path with or without the delays that were found.
 fn best_decoding(request: &Request<'_>, problem: &Problem, start: &Trial, found: &Found) -> Option<Decoded> {
     let mut best: Option<(f64, Decoded)> = None;
-    for trial in [&found.base.fit.trial, &found.best.fit.trial, start] {
+    let late = later(request, problem, start);
+    for trial in
+        [Some(&found.base.fit.trial), Some(&found.best.fit.trial), Some(start), late.as_ref()].into_iter().flatten()
+    {
         let mut scratch = Scratch::default();
         let predicted: Vec<Vec<f64>> =
             (0..problem.runs.len()).map(|run| problem.predicted(run, trial, &[0.0; 3], &mut scratch).1).collect();
@@ -157,6 +164,31 @@ fn best_decoding(request: &Request<'_>, problem: &Problem, start: &Trial, found:
         }
     }
     best.map(|(_, decoded)| decoded)
+}
+
+/// The start behind a slower link: as late as the reported pose is at most ticks. Losses and jitter are later at some, so that a fit of
+/// the delay alone takes a share of them.
+fn later(request: &Request<'_>, problem: &Problem, start: &Trial) -> Option<Trial> {
+    let kind = request.catalog.get("command-delay")?;
+    let mut scratch = Scratch::default();
+    let mut late_s: Vec<f64> = Vec::new();
+    for (run, here) in problem.runs.iter().enumerate() {
+        let (predicted, period_s) =
+            (problem.predicted(run, start, &[0.0; 3], &mut scratch).1, here.case.rates.loop_period.seconds());
+        for tick in 1..predicted.len().min(here.case.measured_m.value.len()) {
+            let speed = (predicted[tick] - predicted[tick - 1]) / period_s;
+            if here.case.measured_m.known[tick] && speed.abs() > MOVES_M_PER_S {
+                late_s.push((predicted[tick] - here.case.measured_m.value[tick]) / speed);
+            }
+        }
+    }
+    late_s.sort_by(f64::total_cmp);
+    // A smaller one is what chance makes of the middle.
+    let least_s = LATE * problem.model.timing.loop_period_s;
+    let delay_s = late_s.get(late_s.len() / 2).copied().filter(|delay_s| delay_s.abs() > least_s)?;
+    let (param, mut trial) = (&kind.params[0], start.clone());
+    trial.effects.push(Chosen { kind: kind.clone(), values: vec![delay_s.clamp(param.lower, param.upper)] });
+    Some(trial)
 }
 
 fn conclude(
