@@ -9,6 +9,7 @@ use sim_core::closed_loop::{Clamps, ClosedLoop, Facility, Start, Stepped};
 use sim_core::compensator::{Compensation, DelayCompensation, Hybrid, Uncompensated};
 use sim_core::contact::{ContactLaw, Sides, SpringDashpot};
 use sim_core::effect::{Attached, Context, Effect, Rates};
+pub use sim_core::force_sensor::GRAVITY_M_PER_S2;
 use sim_core::force_sensor::{AxisCell, SensorNoise};
 use sim_core::link::Link;
 use sim_core::plant::PointMass;
@@ -21,9 +22,6 @@ use sim_core::space::{Axis, AxisMotion};
 use sim_core::time::Nanos;
 use sim_core::trace::{Columns, Trace};
 use std::sync::Arc;
-
-/// Standard gravity, as the recordings declare it.
-pub const GRAVITY_M_PER_S2: f64 = 9.80665;
 
 /// The values that every model has, effects or not.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -279,7 +279,8 @@ impl Arguments {
             (Ok(ended), Ok((_, summary))) => Ok((ended, summary)),
         };
         let is_kept = fast.is_none() && !is_empty;
-        if !is_kept && self.output.symlink_metadata().is_ok_and(|metadata| metadata.is_file()) {
+        let is_left = |metadata: std::fs::Metadata| metadata.is_file() && (!is_kept || metadata.len() == 0);
+        if self.output.symlink_metadata().is_ok_and(is_left) {
             // It is ours; that it cannot be removed either adds nothing to the message.
             let _ = std::fs::remove_file(&self.output);
         }

@@ -20,7 +20,7 @@ use std::collections::BTreeMap;
 
 /// Found by the software block alone, exactly.
 const CLOCK: &str = "clock-offset";
-/// Speed above which the reported pose tells how late it is.
+/// Speed above which the reported pose tells how late it is: over a whole recording, the middle of it. Chosen.
 const MOVES_M_PER_S: f64 = 0.005;
 /// Share of a tick from which on a link is slower and not only uneven. Chosen.
 const LATE: f64 = 0.2;

@@ -1,8 +1,8 @@
 //! The stretches of a recording on which our software is judged.
 //!
 //! Where a command, a pose or a reading is missing, what the software had is not known. It begins anew after it: along a stretch
-//! `x₊ - 2x + x₋ = -(F + F₋) T² / (2m)` must add up. What a gap hides is found by asking what would
-//! be otherwise if that which is missing were otherwise; a compensator that never forgets leaves nothing to judge.
+//! `x₊ - 2x + x₋ = -(F + F₋) T² / (2m)` must add up. What a gap hides is found by asking what would be otherwise if that which is
+//! missing were otherwise; a compensator that never forgets leaves nothing to judge.
 //!
 //! Not covered: a compensation that moves the command, which then does not tell where the satellites are.
 

@@ -13,13 +13,12 @@
 //! touches (`force-scale`).
 
 use crate::effect::{Context, Effect, Family, Kind, Param, Reads, Verified, Where};
+use crate::force_sensor::GRAVITY_M_PER_S2;
 use crate::signals::{Signals, Wire};
 use crate::space::Axis;
 use alloc::boxed::Box;
 use alloc::sync::Arc;
 use alloc::vec;
-
-const GRAVITY_M_PER_S2: f64 = 9.80665;
 
 struct ToolWeight {
     mass_kg: f64,

@@ -9,6 +9,9 @@ mod space_cell;
 pub use axis_cell::{AxisCell, SensorNoise};
 pub use space_cell::{SpaceCell, WrenchNoise};
 
+/// Standard gravity, in m/s² (CGPM 1901): what makes a weight of a tool's mass.
+pub const GRAVITY_M_PER_S2: f64 = 9.80665;
+
 /// Turns a contact force into a reading.
 pub trait ForceSensor<S: Space>: Send + Sync {
     /// The analogue reading, before effects and noise: contact, weight of the tool, bias.

@@ -97,17 +97,20 @@ fn noise_is_nothing_and_chance_is_not_counted_twice() {
         ("force-bias", "force_n = -1.5", 2, "explained: force-bias"),
     ] {
         let said = last_line(id, size, seed);
-        assert!(said.contains(wanted), "{id}, seed {seed}: {said}");
+        assert!(said.starts_with(&format!("✓ {wanted}")), "{id}, seed {seed}: {said}");
     }
 }
 
-/// A slow robot behind a slow link: each of them imitates the other, and both are named.
+/// A slow robot behind a slow link, losses behind a slow link: each imitates the other, and both are named.
 #[test]
 fn two_that_imitate_each_other_are_both_named() {
-    let robot =
-        "delay_s = 0.006\n\n[[fault]]\nid = \"robot-second-order\"\nnatural_frequency_hz = 15\ndamping_ratio = 0.8";
-    let said = last_line("command-delay", robot, 2);
-    assert!(said.contains(" explained: "), "{said}");
-    assert!(said.contains("command-delay") && said.contains("robot-second-order"), "{said}");
-    assert!(said.contains(" + "), "{said}");
+    for (other, values) in [
+        ("robot-second-order", "natural_frequency_hz = 15\ndamping_ratio = 0.8"),
+        ("command-loss", "probability_in = 0.02\nprobability_out = 0.5"),
+    ] {
+        let both = format!("delay_s = 0.006\n\n[[fault]]\nid = \"{other}\"\n{values}");
+        let said = last_line("command-delay", &both, 2);
+        assert!(said.starts_with("✓ explained: ") && said.matches(" + ").count() == 1, "{said}");
+        assert!(said.contains("command-delay") && said.contains(other), "{said}");
+    }
 }
